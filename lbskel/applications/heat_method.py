@@ -4,8 +4,8 @@ Heat that has flowed for a short time t from the sources, (M + t S) u = delta, d
 the heat, distances are propagated from triangle to triangle (:mod:`lbskel.applications.unfolded_distances`). The
 distances of the paper are smoother and less accurate: they are the function phi whose gradient is closest to
 -grad u / |grad u|, from K phi = div of that field, with the stiffness K of the triangles of the gradient: Crane,
-Weischedel, Wardetzky 2013, "Geodesics in heat", https://doi.org/10.1145/2516971.2516977. The triangles are those of the
-intrinsic Delaunay triangulation, of the tufted cover if the mesh is open or not manifold: Sharp, Crane 2020,
+Weischedel, Wardetzky 2013, "Geodesics in heat", https://doi.org/10.1145/2516971.2516977. These triangles are those of
+the intrinsic Delaunay triangulation, of the tufted cover if the mesh is open or not manifold: Sharp, Crane 2020,
 https://doi.org/10.1111/cgf.14069, section 6.1. The ratio of the heat of values to the heat of ones extends values to
 all vertices, nearly the value of the nearest source: Sharp, Soliman, Crane 2019, "The vector heat method",
 https://doi.org/10.1145/3243651, section 5.1.
@@ -19,7 +19,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeAlias
 
-import igl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array, diags_array
@@ -27,17 +26,16 @@ from scipy.sparse.csgraph import connected_components
 
 from lbskel.applications.constrained_systems import checked_indices
 from lbskel.applications.symmetric import require_symmetric
-from lbskel.applications.unfolded_distances import UnfoldedSurface
+from lbskel.applications.unfolded_distances import UnfoldedSurface, single_sheet
 from lbskel.errors import MeshError, SolveError
 from lbskel.geometry.arrays import finite_numbers
-from lbskel.geometry.intrinsic_triangulation import IntrinsicTriangulation, delaunay, half_edge_twins
+from lbskel.geometry.intrinsic_triangulation import IntrinsicTriangulation, half_edge_twins
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.geometry.sorting import unique_inverse
 from lbskel.operators import Laplacian, Operator, apply_operator
 from lbskel.operators.gradients import gradient_matrix, unit_gradients
-from lbskel.operators.intrinsic_delaunay import mollified_lengths
-from lbskel.operators.robust import MOLLIFY_FACTOR, tufted_delaunay
+from lbskel.operators.robust import tufted_delaunay
 from lbskel.solvers import Factorization, factorize
 
 # Time of the flow, in squared mean edge lengths, as in the paper. Shorter times are better on irregular meshes, worse
@@ -247,13 +245,13 @@ class HeatMethod:
         twins = half_edge_twins(self.mesh.faces)
         if twins is None or (twins < 0).any():
             return tufted_delaunay(self._unit, self.mesh.faces)[0], 2
-        lengths = igl.edge_lengths(self._unit, self.mesh.faces)
-        lengths, _ = mollified_lengths(self.mesh.faces, lengths, MOLLIFY_FACTOR)
-        return delaunay(IntrinsicTriangulation(self.mesh.faces, lengths, twins)), 1
+        return single_sheet(self._unit, self.mesh.faces), 1
 
     @cached_property
     def _surface(self) -> UnfoldedSurface:
-        triangles = self._triangulation[0]
+        triangles, n_sheets = self._triangulation
+        if n_sheets > 1:
+            triangles = single_sheet(self._unit, self.mesh.faces)
         return UnfoldedSurface(triangles.faces, triangles.lengths, len(self._component))
 
     @cached_property

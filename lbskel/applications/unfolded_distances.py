@@ -11,25 +11,50 @@ A triangle with distances from two sources would be unfolded towards a point bet
 surface is divided into the regions of the sources, by the distances found first. Each region, a little enlarged, is
 then computed again as a surface of its own. The shortest path to the nearest source stays in its region. Each vertex
 then belongs to the source that is nearest by the new distances, and regions that have grown are computed again.
+
+The two sheets of a tufted cover must not be unfolded: its flips make triangles that reach across a boundary, or across
+an edge of three faces. The distances of their corners come from other sheets, and shorten those behind them.
 """
 
 from __future__ import annotations
 
-__all__ = ["UnfoldedSurface"]
+__all__ = ["UnfoldedSurface", "single_sheet"]
 
 from functools import cached_property
 
+import igl
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from lbskel._kernels.unfolding import lower_distances
+from lbskel.geometry.intrinsic_triangulation import IntrinsicTriangulation, delaunay, half_edge_twins, interior_twins
+from lbskel.operators.intrinsic_delaunay import mollified_lengths
+from lbskel.operators.robust import MOLLIFY_FACTOR, distinct_faces
 
 MAX_SWEEPS = 1_000  # a guess, against cycles caused by rounding; seven were the most on nine meshes
 # Rings of triangles that are added to the region of a source, so that a border can move by as many in a round; a third
 # makes hardly a difference (benchmarks/results/applications_geodesics.md, "Several sources")
 RINGS = 2
 MAX_ROUNDS = 50  # a guess, against borders that move to and fro; 15 were the most on 946 sets of sources
+
+
+def single_sheet(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> IntrinsicTriangulation:
+    """Build the mollified triangulation of any mesh with flips only at edges of two consistently oriented faces.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array of float
+    faces : (m, 3) array of int
+        Only the distinct ones are used, oriented consistently where that is possible.
+    """
+    F = distinct_faces(faces)
+    if not len(F):
+        return IntrinsicTriangulation(F, np.empty((0, 3)), np.empty(0, dtype=np.int64))
+    if half_edge_twins(F) is None:
+        F = igl.bfs_orient(F)[0]
+    lengths, _ = mollified_lengths(F, igl.edge_lengths(vertices, F), MOLLIFY_FACTOR)
+    return delaunay(IntrinsicTriangulation(F, lengths, interior_twins(F)))
 
 
 class UnfoldedSurface:

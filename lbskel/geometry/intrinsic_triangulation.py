@@ -11,7 +11,7 @@ is a boundary.
 
 from __future__ import annotations
 
-__all__ = ["IntrinsicTriangulation", "cotangents_of_lengths", "delaunay", "half_edge_twins"]
+__all__ = ["IntrinsicTriangulation", "cotangents_of_lengths", "delaunay", "half_edge_twins", "interior_twins"]
 
 from dataclasses import dataclass
 
@@ -60,6 +60,27 @@ def half_edge_twins(faces: NDArray[np.int64]) -> NDArray[np.int64] | None:
     first, second = order[:-1][same], order[1:][same]
     if (same[1:] & same[:-1]).any() or (start[first] == start[second]).any() or (start == end).any():
         return None
+    twins = np.full(len(key), -1)
+    twins[first], twins[second] = second, first
+    return twins
+
+
+def interior_twins(faces: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Find the (3m,) twin of each half-edge whose edge has two faces, oriented consistently; -1 at all other edges.
+
+    Parameters
+    ----------
+    faces : (m, 3) array of int
+        None uses a vertex twice.
+    """
+    start, end = faces[:, [1, 2, 0]].ravel(), faces[:, [2, 0, 1]].ravel()
+    key = np.minimum(start, end) * (int(faces.max(initial=0)) + 1) + np.maximum(start, end)
+    order = stable_order(key)
+    same = np.pad(key[order[1:]] == key[order[:-1]], 1)
+    is_pair = same[1:-1] & ~same[:-2] & ~same[2:]
+    first, second = order[:-1][is_pair], order[1:][is_pair]
+    is_consistent = start[first] != start[second]
+    first, second = first[is_consistent], second[is_consistent]
     twins = np.full(len(key), -1)
     twins[first], twins[second] = second, first
     return twins

@@ -8,7 +8,7 @@ on the same three vertices: these count once, where the package glues them to ea
 
 from __future__ import annotations
 
-__all__ = ["MOLLIFY_FACTOR", "robust", "tufted_delaunay"]
+__all__ = ["MOLLIFY_FACTOR", "distinct_faces", "robust", "tufted_delaunay"]
 
 import igl
 import numpy as np
@@ -56,6 +56,19 @@ def robust(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:
     return Laplacian(stiffness, mass, treated_vertices=treated)
 
 
+def distinct_faces(F: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Leave out the faces that use a vertex twice, and of those on the same three vertices all but the first.
+
+    Parameters
+    ----------
+    F : (m, 3) array of int
+    """
+    F = F[(F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])]
+    a, b, c = F.T
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    return F[first_of_each(np.stack([low, a + b + c - low - high, high], axis=1))]
+
+
 def tufted_delaunay(
     V: NDArray[np.float64], F: NDArray[np.int64], *, mollify_factor: float = MOLLIFY_FACTOR
 ) -> tuple[IntrinsicTriangulation, NDArray[np.int64]]:
@@ -65,7 +78,7 @@ def tufted_delaunay(
     ----------
     V : (n, 3) array of float
     F : (m, 3) array of int
-        Faces that use a vertex twice are left out, and of those on the same three vertices all but the first.
+        Only the :func:`distinct_faces` are used.
     mollify_factor : float
         Slack of every triangle inequality, relative to the mean edge length of its component.
 
@@ -76,11 +89,7 @@ def tufted_delaunay(
     mollified : (t,) array of int
         Vertices of the faces whose inequalities did not hold.
     """
-    F = F[(F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])]
-    a, b, c = F.T
-    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-    # the cover would glue copies to each other, and not to their neighbors
-    F = F[first_of_each(np.stack([low, a + b + c - low - high, high], axis=1))]
+    F = distinct_faces(F)  # the cover would glue copies to each other, and not to their neighbors
     lengths = igl.edge_lengths(V, F)
     if not lengths.any():
         empty = np.empty((0, 3))

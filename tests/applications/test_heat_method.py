@@ -8,7 +8,7 @@ from helpers import joined, moved
 import lbskel
 from lbskel import HeatMethod, Mesh, MeshError
 from lbskel.operators import OPERATORS
-from lbskel.shapes import flat_grid, sphere, torus
+from lbskel.shapes import capsule, flat_grid, sphere, torus
 
 
 def exact_distances(mesh, source):
@@ -46,6 +46,41 @@ def test_distances_in_the_plane_are_straight():
     exact = np.linalg.norm(V - V[middle], axis=1)
     assert np.abs(HeatMethod(grid).distance(middle) - exact).max() < 1e-5  # what keeps thin triangles from being flat
     assert np.abs(HeatMethod(grid).distance(middle, unfolded=False) - exact).max() < 0.03
+
+
+def test_an_obtuse_triangle_at_a_boundary_makes_no_path_shorter():
+    mesh = Mesh([[0, 0, 0], [1, 0, 0], [2, 1, 0], [2, -0.3, 0]], [[0, 1, 2], [1, 0, 3]])
+    expected = [np.hypot(2, 0.3), np.hypot(1, 0.3)]
+    assert HeatMethod(mesh).distance(3)[:2] == pytest.approx(expected, abs=1e-5)
+
+
+@pytest.mark.parametrize("height", [0.3, 3.0])
+def test_a_fin_on_an_edge_makes_no_path_shorter(height):
+    mesh = capsule(3.0, 0.4, 8)
+    n, method = len(mesh.vertices), HeatMethod(mesh)
+    for face in mesh.faces[:: len(mesh.faces) // 7]:
+        middle = mesh.vertices[face[:2]].mean(axis=0)
+        outwards = middle * [1, 1, 0] / np.linalg.norm(middle[:2])
+        fin = Mesh(np.vstack([mesh.vertices, middle + height * outwards]), np.vstack([mesh.faces, [*face[:2], n]]))
+        with_fin = HeatMethod(fin)
+        for source in (0, n // 3, n - 1):
+            found = with_fin.distance(source)
+            straight = np.linalg.norm(fin.vertices - fin.vertices[source], axis=1)
+            assert (found >= straight - 1e-9).all()
+            assert np.abs(found[:n] - method.distance(source)).max() < 1e-9
+
+
+def test_distances_are_those_of_the_oriented_surface_without_repeated_faces(ring):
+    F = np.where(np.arange(len(ring.faces))[:, None] % 3 == 0, ring.faces[:, ::-1], ring.faces)
+    soup = Mesh(ring.vertices, np.vstack([F, F[:5, [1, 2, 0]], [[0, 0, 1], [2, 2, 2]]]))
+    expected = HeatMethod(ring).distance(7)
+    # another order of the faces, another diagonal of cocircular vertices
+    assert np.abs(HeatMethod(soup).distance(7) - expected).max() < 0.02 * expected.max()
+
+
+def test_faces_that_use_a_vertex_twice_connect_nothing():
+    lines = Mesh(np.eye(3), [[0, 0, 1], [1, 1, 2]])
+    assert HeatMethod(lines, "random_walk").distance(0).tolist() == [0, np.inf, np.inf]
 
 
 @pytest.mark.parametrize("shape", [lambda: torus(1.0, 0.4, 60, 30), lambda: flat_grid(20, 30)], ids=["torus", "open"])

@@ -9,6 +9,7 @@ from lbskel.geometry.intrinsic_triangulation import (
     cotangents_of_lengths,
     delaunay,
     half_edge_twins,
+    interior_twins,
 )
 from lbskel.shapes import sphere
 
@@ -49,6 +50,17 @@ def test_twins_need_two_faces_of_one_orientation():
     assert half_edge_twins(np.array([[0, 1, 2], [0, 1, 3]])) is None  # the same direction on both sides
     assert half_edge_twins(np.array([[0, 1, 2], [1, 0, 3], [0, 1, 4]])) is None  # three faces at an edge
     assert half_edge_twins(np.array([[0, 0, 1]])) is None
+
+
+def test_interior_twins_are_at_edges_of_two_faces_of_one_orientation():
+    faces = sphere(2).faces
+    assert np.array_equal(interior_twins(faces), half_edge_twins(faces))
+    assert interior_twins(np.array([[0, 1, 2], [0, 1, 3]])).tolist() == [-1] * 6
+    crowded = interior_twins(np.array([[0, 1, 2], [1, 0, 3], [0, 1, 4], [4, 1, 5]]))
+    assert crowded[6] == 11
+    assert crowded[11] == 6
+    assert (crowded >= 0).sum() == 2
+    assert len(interior_twins(np.empty((0, 3), dtype=np.int64))) == 0
 
 
 def test_cotangents_of_lengths():
