@@ -175,4 +175,6 @@ def build_aabb_tree(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> 
     faces : (m, 3) array of int
     """
     order = spatial_order(vertices, faces)
-    return AABBTree(order, *bounding_boxes(vertices, faces, order, BOX_MARGIN * float(np.abs(vertices).max())))
+    is_used = np.bincount(faces.ravel(), minlength=len(vertices)) > 0
+    margin = BOX_MARGIN * float(np.abs(vertices[is_used]).max())
+    return AABBTree(order, *bounding_boxes(vertices, faces, order, margin))

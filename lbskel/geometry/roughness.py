@@ -79,7 +79,7 @@ def _roughness(mesh: Mesh) -> float:
     used = mesh.used_vertices
     if len(used) < MIN_VERTICES:
         return 0.0
-    sample, V = used[:: 1 + len(used) // MAX_SAMPLES], unit_scale(mesh.vertices)[0]
+    sample, V = used[:: 1 + len(used) // MAX_SAMPLES], unit_scale(mesh.vertices, mesh.used_vertices)[0]
     is_near = np.zeros(len(V), dtype=bool)
     is_near[sample] = True
     A, B, C = mesh.faces.T

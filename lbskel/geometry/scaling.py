@@ -23,17 +23,22 @@ def require_scale(scale: float) -> None:
         raise UnknownChoice(f"scale must be a positive number, not {scale!r}")
 
 
-def unit_scale(vertices: NDArray[np.float64]) -> tuple[NDArray[np.float64], int]:
+def unit_scale(vertices: NDArray[np.float64], used: NDArray[np.int64] | None = None) -> tuple[NDArray[np.float64], int]:
     """Divide vertices by 2^k so that the largest absolute coordinate is in [1/2, 1), exactly and without overflow.
 
     Parameters
     ----------
     vertices : (n, 3) array of float
+    used : (u,) array of int, optional
+        The vertices that have a face: the first of them takes the place of all others, which may be anywhere.
 
     Returns
     -------
     scaled : (n, 3) array of float
     k : int
     """
+    if used is not None and len(used) < len(vertices):
+        given, vertices = vertices, np.tile(vertices[used[0]], (len(vertices), 1))
+        vertices[used] = given[used]
     k = int(np.frexp(np.abs(vertices).max())[1])
     return np.ldexp(vertices, -k), k

@@ -22,7 +22,7 @@ def inverse_distance(mesh: Mesh) -> Laplacian:
     """Build the Laplacian with weights 1 / |e_ij| and mass E_i / 4; an edge of length zero has weight zero."""
     i, j = mesh.edges.T
     lengths = mesh.edge_lengths
-    has_length = lengths > np.finfo(np.float64).eps * np.abs(mesh.vertices).max()
+    has_length = lengths > np.finfo(np.float64).eps * np.abs(mesh.vertices[mesh.used_vertices]).max()
     weights = np.divide(1.0, lengths, out=np.zeros_like(lengths), where=has_length)
     stiffness = stiffness_of_pairs(len(mesh.vertices), i, j, weights)
     treated = np.unique(mesh.edges[~has_length & (i != j)])

@@ -34,7 +34,7 @@ def _lumped(mesh: Mesh, corner_areas: NDArray[np.float64]) -> csc_array:
 
 def voronoi_corner_areas(mesh: Mesh) -> NDArray[np.float64]:
     """Compute the (m, 3) mixed Voronoi area of each corner of each face; the rows sum to the faces' areas."""
-    V, k = unit_scale(mesh.vertices)
+    V, k = unit_scale(mesh.vertices, mesh.used_vertices)
     areas: NDArray[np.float64] = np.ldexp(mixed_voronoi_areas(*corner_products(V, mesh.faces), MAX_COTANGENT), 2 * k)
     return areas
 
@@ -46,14 +46,14 @@ def voronoi_mass(mesh: Mesh) -> csc_array:
 
 def barycentric_mass(mesh: Mesh) -> csc_array:
     """Build the diagonal matrix of a third of the areas of the triangles at each vertex."""
-    V, k = unit_scale(mesh.vertices)
+    V, k = unit_scale(mesh.vertices, mesh.used_vertices)
     return _lumped(mesh, np.ldexp(np.repeat(igl.doublearea(V, mesh.faces)[:, None] / 6, 3, axis=1), 2 * k))
 
 
 def full_mass(mesh: Mesh) -> csc_array:
     """Build the mass matrix of linear finite elements, not diagonal; its rows sum to the barycentric areas."""
     diagonal = barycentric_mass(mesh).diagonal()
-    V, k = unit_scale(mesh.vertices)
+    V, k = unit_scale(mesh.vertices, mesh.used_vertices)
     twelfths = np.ldexp(igl.doublearea(V, mesh.faces) / 24, 2 * k)
     return symmetric_matrix(mesh.faces, np.repeat(twelfths[:, None], 3, axis=1), diagonal / 2)
 

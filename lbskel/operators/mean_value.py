@@ -27,7 +27,7 @@ def _half_tangents(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64]
     tan(angle / 2) = |a x b| / (|a| |b| + a . b) = (|a| |b| - a . b) / |a x b|, whichever does not cancel. Both (m, 3)
     arrays are zero in degenerate triangles.
     """
-    V, k = unit_scale(mesh.vertices)
+    V, k = unit_scale(mesh.vertices, mesh.used_vertices)
     dots, squared_lengths, double_areas = corner_products(V, mesh.faces)
     lengths, crosses = np.sqrt(squared_lengths), double_areas[:, None]
     sums = lengths[:, [1, 2, 0]] * lengths[:, [2, 0, 1]] + np.abs(dots)

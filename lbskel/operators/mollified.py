@@ -32,7 +32,7 @@ def mollified(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacia
     mollify_factor : float
         Slack of every triangle inequality, relative to the mean edge length of its component.
     """
-    n, lengths = len(mesh.vertices), igl.edge_lengths(unit_scale(mesh.vertices)[0], mesh.faces)
+    n, lengths = len(mesh.vertices), igl.edge_lengths(unit_scale(mesh.vertices, mesh.used_vertices)[0], mesh.faces)
     if not lengths.any():
         return Laplacian(csc_array((n, n)), voronoi_mass(mesh), treated_vertices=np.unique(mesh.faces))
     lengths, is_thin = mollified_lengths(mesh.faces, lengths, mollify_factor)

@@ -40,7 +40,7 @@ def robust(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:
     mollify_factor : float
         Slack of every triangle inequality, relative to the mean edge length of its component.
     """
-    V, k = unit_scale(mesh.vertices)
+    V, k = unit_scale(mesh.vertices, mesh.used_vertices)
     n = len(mesh.vertices)
     cover, mollified = tufted_delaunay(V, mesh.faces, mollify_factor=mollify_factor)
     if not len(cover.faces):

@@ -34,7 +34,8 @@ def self_intersecting_faces(mesh: Mesh) -> tuple[NDArray[np.int64], float]:
         Fraction of the faces that were tested against all others; below 1 there may be more.
     """
     m = len(mesh.faces)
-    mesh = mesh.with_vertices(unit_scale(mesh.vertices)[0])  # products of six lengths would overflow
+    unit, _ = unit_scale(mesh.vertices, mesh.used_vertices)  # products of six lengths would overflow
+    mesh = mesh.with_vertices(unit)
     stride = 1 + (m - 1) // MAX_TESTED_FACES
     chosen = np.random.default_rng(0).permutation(np.arange(0, m, stride))  # so that the first are a sample too
     rank = np.full(m, m)

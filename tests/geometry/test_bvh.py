@@ -36,6 +36,17 @@ def test_nearest_points_are_those_of_libigl(name):
     assert np.abs(np.linalg.norm(place - points, axis=1) - distance).max() < 1e-12 * mesh.diameter_bound
 
 
+def test_unused_vertices_far_away_do_not_enlarge_the_boxes():
+    mesh = sphere(2)
+    unused = Mesh([*mesh.vertices, [1e16, 0, 0]], mesh.faces)
+    corners = mesh.vertices[mesh.faces]
+    for tree in (mesh.aabb_tree, unused.aabb_tree):
+        pairs = tree.overlapping_faces(corners.min(axis=1), corners.max(axis=1))
+        assert sum(len(box) for box, _ in pairs) < 40 * len(mesh.faces)
+    points, _ = rays(mesh, 50)
+    assert np.array_equal(unused.aabb_tree.nearest(points)[0], mesh.aabb_tree.nearest(points)[0])
+
+
 def test_the_nearest_point_is_on_a_corner_an_edge_or_inside():
     mesh = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     points = np.array([[-1, -1, 1], [0.5, -2, 0], [2, 2, 0], [0.2, 0.2, 3], [0, 0, 0], [3, -1, 0.0]])

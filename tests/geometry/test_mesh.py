@@ -484,6 +484,16 @@ def test_diagonal_is_that_of_the_bounding_box():
     assert mesh.diagonal == pytest.approx(np.sqrt(x * x + y * y + z * z))
 
 
+@pytest.mark.parametrize("size", [1e16, 3.4e38, 1e308])
+def test_measures_ignore_unused_vertices_far_away(size):
+    mesh = capsule(3.0, 0.4, 6)
+    unused = Mesh([*mesh.vertices, [size, 0, -size]], mesh.faces)
+    assert unused.face_areas == pytest.approx(mesh.face_areas, rel=1e-12)
+    assert unused.volume == pytest.approx(mesh.volume, rel=1e-12)
+    assert unused.centroid == pytest.approx(mesh.centroid, abs=1e-12)
+    assert unused.diameter_bound == pytest.approx(mesh.diameter_bound, rel=1e-12)
+
+
 def test_diagonal_ignores_unused_vertices(tetrahedron):
     mesh = Mesh([*tetrahedron.vertices.tolist(), [100, 100, 100]], tetrahedron.faces)
     assert mesh.diagonal == pytest.approx(np.sqrt(3))

@@ -15,6 +15,16 @@ def test_the_largest_coordinate_is_brought_to_between_a_half_and_one_exactly(siz
     assert np.array_equal(np.ldexp(scaled, exponent), points)
 
 
+def test_points_that_are_not_used_have_no_influence():
+    points = np.array([[1e308, 0, 0], [0.3, -0.7, 0.1], [-1e16, 1e-300, 0], [0.2, 0.1, 0.9]])
+    used = np.array([1, 3])
+    scaled, exponent = unit_scale(points, used)
+    expected, expected_exponent = unit_scale(points[used])
+    assert exponent == expected_exponent
+    assert np.array_equal(scaled, expected[[0, 0, 0, 1]])
+    assert points[0, 0] == 1e308
+
+
 def test_points_at_the_origin_stay():
     scaled, exponent = unit_scale(np.zeros((2, 3)))
     assert exponent == 0

@@ -282,3 +282,19 @@ def test_over_the_unit_of_weights_masses_are_areas_and_weights_have_no_unit(name
     if name != "random_walk":
         assert (ten.mass / unit_of_ten).sum() == pytest.approx(100 * (one.mass / unit).sum())
         assert (one.mass / unit).sum() == pytest.approx(rough.area, rel=0.5)
+
+
+@pytest.mark.parametrize("operator", OPERATORS)
+@pytest.mark.parametrize("size", [1e16, 3.4e38])  # the largest number of single precision marks missing points
+def test_an_unused_vertex_far_away_has_no_influence(operator, size):
+    mesh = sphere(2)
+    for first in (0, 1):
+        far = [[size, 0, 0]]
+        V = np.concatenate([far, mesh.vertices] if first else [mesh.vertices, far])
+        found = laplacian(Mesh(V, mesh.faces + first), operator=operator)
+        expected = laplacian(mesh, operator=operator)
+        used = slice(first, first + len(mesh.vertices))
+        # heat_kernel sums in another order
+        assert abs(found.stiffness[used, used] - expected.stiffness).max() < 1e-12 * abs(expected.stiffness).max()
+        assert np.array_equal(found.mass[used, used].toarray(), expected.mass.toarray())
+        assert len(found.treated_vertices) == 0
