@@ -36,6 +36,11 @@ def merged_by_cells(
     """
     if len(faces) <= max_faces:
         return np.arange(len(vertices)), faces, np.arange(len(faces))
+    is_used = np.bincount(faces.ravel(), minlength=len(vertices)) > 0
+    if not is_used.all():  # the others may be anywhere, and would enlarge the grid
+        numbers = np.cumsum(is_used) - 1
+        kept, merged, rows = merged_by_cells(vertices[is_used], numbers[faces], max_faces)
+        return np.flatnonzero(is_used)[kept], merged, rows
     low, extent = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max()) or 1.0
     n_cells = np.sqrt(max_faces)  # along the longest side; a sphere of diameter n crosses 1.5 pi n^2 cells
     while True:

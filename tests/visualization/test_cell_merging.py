@@ -24,6 +24,17 @@ def test_cells_keep_a_surface_near_and_below_the_bound():
     assert area == pytest.approx(mesh.area, rel=0.1)
 
 
+@pytest.mark.parametrize("first", [0, 1])
+def test_an_unused_vertex_far_away_changes_nothing(first):
+    mesh = torus(1.0, 0.3, 80, 40)
+    far = np.array([[1e16, 0, 0]])
+    vertices = np.concatenate([far, mesh.vertices] if first else [mesh.vertices, far])
+    found = merged_by_cells(vertices, mesh.faces + first, 1000)
+    kept, faces, rows = merged_by_cells(mesh.vertices, mesh.faces, 1000)
+    for one, other in zip(found, (kept + first, faces, rows), strict=True):
+        assert np.array_equal(one, other)
+
+
 def test_a_surface_below_the_bound_is_kept():
     mesh = torus(1.0, 0.3, 16, 8)
     kept, faces, rows = merged_by_cells(mesh.vertices, mesh.faces, len(mesh.faces))
