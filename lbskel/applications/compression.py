@@ -48,6 +48,7 @@ class CompressedMesh:
     """Rounded coefficients of the positions of a mesh, which is decoded from these fields alone.
 
     Another processor, or number of threads, decodes the same positions up to a millionth of the size of the mesh.
+    Vertices without a face are not coded: they are decoded at the origin.
 
     Parameters
     ----------
@@ -88,23 +89,30 @@ class CompressedMesh:
 
     @property
     def bits_per_vertex(self) -> float:
-        """Rate: bits of the coefficients of each coordinate, anchors, origin and step, over the vertices."""
-        k = len(self.coefficients)
-        total = 4 * BITS_OF_A_FLOAT + len(self.anchors) * np.log2(max(self.n_vertices, 2))
-        return float((total + k * coded_bits(self.coefficients)) / self.n_vertices)
+        """Rate: bits of coefficients of each coordinate, anchors, origin and step, over the vertices with a face."""
+        k, n = len(self.coefficients), len(self._compact[0])
+        total = 4 * BITS_OF_A_FLOAT + len(self.anchors) * np.log2(max(n, 2))
+        return float((total + k * coded_bits(self.coefficients)) / n)
+
+    @cached_property
+    def _compact(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """(u,) vertices that have a face, and (m, 3) the faces by their numbers in it."""
+        return _without_unused(self.faces)
 
     @cached_property
     def mesh(self) -> Mesh:
         """The decoded mesh, with the faces and the vertex order of the original."""
         coefficients = np.multiply(self.coefficients, self.step, dtype=np.float64)
+        used, faces = self._compact
+        V = np.zeros((self.n_vertices, 3))
         if self.basis == "spectral":
-            V = _graph_eigenvectors(self.faces, self.n_vertices, len(coefficients)) @ coefficients
+            V[used] = _graph_eigenvectors(faces, len(used), len(coefficients)) @ coefficients
         else:
-            V = _interpolate(self.faces, self.n_vertices, self.anchors, coefficients)
+            V[used] = _interpolate(faces, len(used), np.searchsorted(used, self.anchors), coefficients)
         return Mesh(V + self.origin, self.faces)
 
     def rms_error(self, mesh: Any) -> float:
-        """Compute the root mean square distance of the decoded vertices from those of a mesh, in its units.
+        """Compute the root mean square distance of the decoded vertices with a face from those of a mesh, in its units.
 
         Parameters
         ----------
@@ -119,7 +127,7 @@ class CompressedMesh:
         original: Mesh = as_mesh(mesh)
         if len(original.vertices) != self.n_vertices:
             raise MeshError(f"a mesh of {self.n_vertices} vertices was compressed, not one of {len(original.vertices)}")
-        offsets = self.mesh.vertices - original.vertices
+        offsets = (self.mesh.vertices - original.vertices)[self._compact[0]]
         scale = float(np.abs(offsets).max())
         return scale * float(np.sqrt(((offsets / scale) ** 2).sum(axis=1).mean())) if scale > 0 else 0.0
 
@@ -131,8 +139,8 @@ def compress(mesh: Any, k: int, *, basis: str = "spectral", bits: int = 12) -> C
     ----------
     mesh : Mesh, or what :func:`lbskel.as_mesh` takes
     k : int
-        Number of functions of the basis, at least the number of connected components, isolated vertices included. The
-        basis ``spectral`` has fewer if the k-th eigenvalue equals the next: of equal ones it has all or none.
+        Number of functions of the basis, at least the number of connected components, at most that of vertices with a
+        face. The basis ``spectral`` has fewer if the k-th eigenvalue equals the next: of equal ones it has all or none.
     basis : {"spectral", "geometry_aware"}
     bits : int
         The coefficients are rounded to 2^bits steps over their range.
@@ -160,26 +168,31 @@ def compress(mesh: Any, k: int, *, basis: str = "spectral", bits: int = 12) -> C
     """
     mesh = as_mesh(mesh)
     choose(dict.fromkeys(BASES), basis, "basis")
-    n = len(mesh.vertices)
-    checked_count(k, "the number of functions", 1, n)
+    used, faces = _without_unused(mesh.faces)
+    positions = mesh.vertices[used]
+    checked_count(k, "the number of functions", 1, len(used))
     checked_count(bits, "the bits of a coefficient", 1, MAX_BITS)
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    low, high = positions.min(axis=0), positions.max(axis=0)
     origin = low / 2 + high / 2
-    V, exponent = unit_scale(mesh.vertices - origin)
-    n_components = int(mesh.component_of_vertex.max()) + 1
-    if n_components > k:
-        raise MeshError(
-            f"{n_components} connected components, isolated vertices included, need as many functions, not {k}"
-        )
+    V, exponent = unit_scale(positions - origin)
+    if mesh.n_components > k:
+        raise MeshError(f"{mesh.n_components} connected components need as many functions, not {k}")
     if basis == "spectral":
         anchors = np.empty(0, dtype=np.int64)
-        coefficients = _graph_eigenvectors(mesh.faces, n, int(k)).T @ V
+        coefficients = _graph_eigenvectors(faces, len(used), int(k)).T @ V
     else:
-        anchors = _anchors(mesh.faces, V, int(k))
+        anchors = _anchors(faces, V, int(k))
         coefficients = V[anchors]
     step = float(np.abs(coefficients).max(initial=0.0)) / 2 ** (bits - 1)
     rounded = np.rint(coefficients / step).astype(np.int64) if step > 0 else np.zeros(coefficients.shape, np.int64)
-    return CompressedMesh(basis, mesh.faces, n, rounded, float(np.ldexp(step, exponent)), origin, anchors)
+    step, n = float(np.ldexp(step, exponent)), len(mesh.vertices)
+    return CompressedMesh(basis, mesh.faces, n, rounded, step, origin, used[anchors])
+
+
+def _without_unused(faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the (u,) vertices that have a face, and the (m, 3) faces by their numbers among these."""
+    used, corners = np.unique(faces, return_inverse=True)
+    return used, corners.reshape(-1, 3)
 
 
 def _connectivity(faces: NDArray[np.int64], n: int) -> Laplacian:
@@ -212,7 +225,7 @@ def _interpolate(
 
 
 def _anchors(faces: NDArray[np.int64], V: NDArray[np.float64], k: int) -> NDArray[np.int64]:
-    """Choose k anchors: the isolated vertices, which nothing else determines, and greedy ones."""
+    """Choose k anchors: the vertices without an edge, which nothing else determines, and greedy ones."""
     umbrella = _connectivity(faces, len(V)).strong()
     isolated = np.flatnonzero(uncoupled_rows(umbrella))
     return np.concatenate([isolated, greedy_anchors(umbrella, np.zeros_like(V), V, k - len(isolated))[0]])

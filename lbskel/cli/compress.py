@@ -44,7 +44,7 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Compress, write what is decoded, and print rate and error."""
     mesh = read_mesh_to_write(arguments)
-    k = min(N_FUNCTIONS, len(mesh.vertices)) if arguments.k is None else arguments.k
+    k = min(N_FUNCTIONS, len(mesh.used_vertices)) if arguments.k is None else arguments.k
     packed = compress(mesh, k, basis=arguments.basis, bits=arguments.bits)
     write_mesh(arguments.output, packed.mesh, force=arguments.force)
     error = packed.rms_error(mesh)

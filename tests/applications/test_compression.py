@@ -101,9 +101,30 @@ def test_anchors_are_kept_in_place_and_each_component_has_one(blob):
     assert error[packed.anchors].mean() < 0.9 * error.mean()  # anchors are soft
 
 
-def test_a_mesh_at_one_point_and_isolated_vertices(blob):
+def test_a_mesh_at_one_point():
     assert compress(Mesh(np.ones((3, 3)), [[0, 1, 2]]), 2).mesh.vertices.tolist() == [[1.0] * 3] * 3
-    mesh = Mesh(np.concatenate([blob.vertices, [[9.0, 9.0, 9.0]]]), blob.faces)
+
+
+@pytest.mark.parametrize("basis", BASES)
+@pytest.mark.parametrize("first", [0, 1])
+def test_an_unused_vertex_far_away_is_not_coded(blob, basis, first):
+    far = np.array([[1e16, 0, 0]])
+    vertices = np.concatenate([far, blob.vertices] if first else [blob.vertices, far])
+    mesh = Mesh(vertices, blob.faces + first)
+    packed, expected = compress(mesh, 60, basis=basis), compress(blob, 60, basis=basis)
+    n = len(blob.vertices)
+    assert np.array_equal(packed.mesh.vertices[first : first + n], expected.mesh.vertices)
+    assert np.array_equal(packed.mesh.vertices[0 if first else n], packed.origin)
+    assert np.array_equal(packed.anchors, expected.anchors + first)
+    assert packed.rms_error(mesh) == expected.rms_error(blob)
+    assert packed.bits_per_vertex == expected.bits_per_vertex
+    with pytest.raises(UnknownChoice, match="functions"):
+        compress(mesh, n + 1, basis=basis)
+
+
+def test_a_vertex_that_only_a_degenerate_face_uses_is_coded(blob):
+    n = len(blob.vertices)
+    mesh = Mesh(np.concatenate([blob.vertices, [[9.0, 9.0, 9.0]]]), np.concatenate([blob.faces, [[n, n, n]]]))
     packed = compress(mesh, 60, basis="geometry_aware")
     assert np.abs(packed.mesh.vertices[-1] - 9.0).max() <= packed.step
 
