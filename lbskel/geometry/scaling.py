@@ -30,7 +30,7 @@ def unit_scale(vertices: NDArray[np.float64], used: NDArray[np.int64] | None = N
     ----------
     vertices : (n, 3) array of float
     used : (u,) array of int, optional
-        The vertices that have a face: the first of them takes the place of all others, which may be anywhere.
+        The vertices that have a face: their mean takes the place of all others, which may be anywhere.
 
     Returns
     -------
@@ -38,7 +38,9 @@ def unit_scale(vertices: NDArray[np.float64], used: NDArray[np.int64] | None = N
     k : int
     """
     if used is not None and len(used) < len(vertices):
-        given, vertices = vertices, np.tile(vertices[used[0]], (len(vertices), 1))
-        vertices[used] = given[used]
+        own, k = unit_scale(vertices[used])
+        scaled = np.tile(own.mean(axis=0), (len(vertices), 1))
+        scaled[used] = own
+        return scaled, k
     k = int(np.frexp(np.abs(vertices).max())[1])
     return np.ldexp(vertices, -k), k
