@@ -115,6 +115,11 @@ def patches_are_connected(mesh, target):
     return len(np.unique(Mesh(mesh.vertices, faces).component_of_vertex)) == len(np.unique(target))
 
 
+def fan(n):
+    """Faces around the first of n vertices, so that all have one."""
+    return [[0, k, k + 1] for k in range(1, n - 1)]
+
+
 def star_skeleton(lengths, radius=0.5):
     """A junction with arms along the axes, a node every 0.25; and a mesh with a vertex at each node."""
     directions = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]])
@@ -126,7 +131,7 @@ def star_skeleton(lengths, radius=0.5):
             edges.append((last, len(nodes) - 1))
             last = len(nodes) - 1
     nodes = np.array(nodes)
-    mesh = Mesh(nodes, [[0, 1, 2]])
+    mesh = Mesh(nodes, fan(len(nodes)))
     return Skeleton(nodes, np.array(edges), np.full(len(nodes), radius), np.arange(len(nodes))), mesh
 
 

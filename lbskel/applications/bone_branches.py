@@ -161,7 +161,8 @@ def _roots(skeleton: Skeleton) -> NDArray[np.int64]:
     np.add.at(length, skeleton.edges.ravel(), np.repeat(skeleton.edge_lengths, 2))
     sums = np.stack([np.bincount(component, length * x) for x in skeleton.nodes.T], axis=1)
     middle = sums / np.maximum(np.bincount(component, length), tiny)[:, None]
-    in_radii = np.linalg.norm(skeleton.nodes - middle[component], axis=1) / np.maximum(skeleton.radii, tiny)
+    with np.errstate(over="ignore"):  # an anchor on the surface has radius 0
+        in_radii = np.linalg.norm(skeleton.nodes - middle[component], axis=1) / np.maximum(skeleton.radii, tiny)
     rank = np.minimum(np.where(skeleton.degrees == 2, -1, skeleton.degrees), 3)
     order = np.lexsort((in_radii, -rank, component))
     return order[np.unique(component[order], return_index=True)[1]]

@@ -49,7 +49,11 @@ def listed_anchors(anchors: Any) -> list[Any]:
     ----------
     anchors : iterable of int or (3,) array_like
     """
-    if isinstance(anchors, str) or not isinstance(anchors, Iterable):
+    if (
+        isinstance(anchors, str)
+        or not isinstance(anchors, Iterable)
+        or (isinstance(anchors, np.ndarray) and anchors.ndim == 0)
+    ):
         raise MeshError(f"anchors must be a list of vertices or points, such as [0] or [(x, y, z)], not {anchors!r}")
     return list(anchors)
 

@@ -103,7 +103,8 @@ def skeletonize_points(
         graph = collapse(contraction)
     to_node = cleaned.vertex_map.pull_back(graph.node_of_vertex)
     to_node = VertexMap(to_node).complete(cloud.points, graph.nodes).indices
-    skeleton = _with_radii(Skeleton(graph.nodes, graph.edges, np.zeros(len(graph.nodes)), to_node), cloud)
+    whole = Skeleton(graph.nodes, graph.edges, np.zeros(len(graph.nodes)), to_node)
+    skeleton = _with_radii(whole, cloud, cleaned.vertex_map.is_mapped)
     n_cycles, n_parts = skeleton.cycle_rank, skeleton.n_components
     if given.get("join") == "all":
         skeleton = join_components(skeleton)
@@ -151,10 +152,15 @@ def _distinct(points: NDArray[np.float64]) -> CleanedPoints:
     return CleanedPoints(Neighborhoods(points[first]), VertexMap(place), notes, report)
 
 
-def _with_radii(skeleton: Skeleton, cloud: PointCloud) -> Skeleton:
-    """Give nodes the distance to the nearest point, and the mean distance of their own points from the axis."""
-    inscribed = cKDTree(cloud.points).query(skeleton.nodes)[0]
-    means = mean_axis_distances(skeleton, cloud.points)  # 0 in a component without points
+def _with_radii(skeleton: Skeleton, cloud: PointCloud, is_kept: NDArray[np.bool_]) -> Skeleton:
+    """Give nodes the distance to the nearest point, and the mean distance of their own points from the axis.
+
+    Points that were left out as outliers do not count.
+    """
+    points = cloud.points[is_kept]
+    inscribed = cKDTree(points).query(skeleton.nodes)[0]
+    of_kept = replace(skeleton, node_of_vertex=skeleton.node_of_vertex[is_kept])
+    means = mean_axis_distances(of_kept, points)  # 0 in a component without points
     return replace(skeleton, radii=inscribed, mean_radii=np.where(means > 0, means, inscribed))
 
 

@@ -51,7 +51,8 @@ def farthest_vertices(
     for number, branch in enumerate(branches):
         branch_of_node[branch[1:]] = number
     branch_of_vertex = branch_of_node[skeleton.node_of_vertex]
-    on_branch = np.flatnonzero(branch_of_vertex >= 0)
+    used = mesh.used_vertices  # others may be anywhere
+    on_branch = used[branch_of_vertex[used] >= 0]
     first = np.array([branch[0] for branch in branches], dtype=np.int64)
     offsets = mesh.vertices[on_branch] - skeleton.nodes[first[branch_of_vertex[on_branch]]]
     distances = vector_lengths(offsets)

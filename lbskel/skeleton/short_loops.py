@@ -131,12 +131,20 @@ def _loop_through(
     return []
 
 
+def _thinnest_edge(skeleton: Skeleton, branch: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(2,) nodes of the edge of a branch that is thinnest at one of them; of several the longest, then the last."""
+    known = np.where(np.isnan(skeleton.radii[branch]), np.inf, skeleton.radii[branch])
+    lengths = vector_lengths(np.diff(skeleton.nodes[branch], axis=0))
+    edge = int(np.lexsort((lengths, -np.minimum(known[1:], known[:-1])))[-1])
+    return branch[edge : edge + 2]
+
+
 def _without_branches(skeleton: Skeleton, branches: list[NDArray[np.int64]]) -> Skeleton:
-    """Remove the edges and inner nodes of branches; of a branch that ends where it begins, only the last edge."""
+    """Remove the edges and inner nodes of branches; of a branch that ends where it begins, only the thinnest edge."""
     k = len(skeleton.nodes)
     target, removed = np.arange(k), []
     for branch in branches:
-        path = branch[-2:] if branch[0] == branch[-1] else branch
+        path = _thinnest_edge(skeleton, branch) if branch[0] == branch[-1] else branch
         removed.append(np.sort(np.stack([path[:-1], path[1:]], axis=1), axis=1))
         s = np.cumsum(vector_lengths(np.diff(skeleton.nodes[path], axis=0)))
         half = 1 + int(np.searchsorted(s[:-1], s[-1] / 2))

@@ -60,7 +60,9 @@ def simplify_branches(skeleton: Skeleton, *, tolerance: float = 0.5) -> Skeleton
         ends = frozenset((int(branch[0]), int(branch[-1])))
         min_segments = 3 if len(ends) == 1 else 2 if ends in ends_seen else 1
         ends_seen.add(ends)
-        tolerances = tolerance * np.where(np.isin(branch, skeleton.anchors), np.nan, skeleton.radii[branch])
+        radii = skeleton.radii[branch]
+        tolerances = np.multiply(tolerance, radii, out=np.zeros(len(branch)), where=radii != 0)  # inf times 0 is 0
+        tolerances[np.isin(branch, skeleton.anchors)] = np.nan
         kept = _fewest_segments(skeleton.nodes[branch], tolerances, min_segments)
         edges.append(np.stack([branch[kept[:-1]], branch[kept[1:]]], axis=1))
         lengths = vector_lengths(np.diff(skeleton.nodes[branch], axis=0))

@@ -5,7 +5,7 @@ import pytest
 from helpers import joined, moved
 
 from lbskel import Mesh, MeshError, skeletonize
-from lbskel.pipeline.anchoring import resolve_anchors
+from lbskel.pipeline.anchoring import listed_anchors, resolve_anchors
 from lbskel.pipeline.preparation import prepare
 from lbskel.shapes import torus
 
@@ -73,3 +73,9 @@ def test_vertices_that_preprocessing_joins_are_one_anchor(rod):
     soup = Mesh(corners, np.arange(len(corners)).reshape(-1, 3))
     at_one_place = np.flatnonzero(rod.faces.ravel() == rod.faces[0, 0])
     assert len(resolve_anchors(at_one_place.tolist(), prepare(soup)).points) == 1
+
+
+@pytest.mark.parametrize("anchors", [np.array(0), np.array(0.5)])
+def test_a_single_number_is_no_list_of_anchors(anchors):
+    with pytest.raises(MeshError, match="anchors must be a list"):
+        listed_anchors(anchors)

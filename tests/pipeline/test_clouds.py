@@ -183,3 +183,12 @@ def test_reading_counts_and_what_was_left_out_is_said(cloud, monkeypatch):
     assert report["seconds"]["read"] >= 0.2
     assert report["score"]["verdict"] == "not measured"
     assert any("these stages were left out: score points (no measures)" in note for note in report["notes"])
+
+
+@pytest.mark.parametrize("options", [{}, {"preset": "cao2010", "preprocess": "scan"}])
+def test_outliers_do_not_count_in_mean_radii(options):
+    points = capsule(6.0, 0.5, 24).vertices
+    far = np.concatenate([points, [[50.0, 0.0, 0.0]]])
+    skeleton = lbskel.skeletonize(PointCloud(far), radius_kind="mean", **options)
+    assert any("1 outlier was left out" in note for note in skeleton.report["notes"])
+    assert skeleton.radii.max() < 0.6

@@ -111,7 +111,7 @@ def test_its_operator_is_none_of_meshes():
 
 def test_a_component_without_points_has_its_inscribed_radii_as_mean_ones():
     apart = Skeleton([[0, 0, 0], [1, 0, 0], [5, 0, 0], [6, 0, 0]], [[0, 1], [2, 3]], np.zeros(4), [0, 1])
-    found = _with_radii(apart, PointCloud([[0, 0, 0.5], [1, 0, 0.5]]))
+    found = _with_radii(apart, PointCloud([[0, 0, 0.5], [1, 0, 0.5]]), np.ones(2, dtype=bool))
     assert found.mean_radii[:2].tolist() == [0.5, 0.5]
     assert found.mean_radii[2:].tolist() == found.radii[2:].tolist()
 

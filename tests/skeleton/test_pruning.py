@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers import star_skeleton, theta_skeleton
+from helpers import fan, star_skeleton, theta_skeleton
 
-from lbskel import Mesh, MeshError, Skeleton, UnknownChoice, merge_junctions, prune
+from lbskel import Mesh, MeshError, Skeleton, UnknownChoice, merge_junctions, prune, skeletonize
+from lbskel.shapes import capsule
 from lbskel.skeleton.pruning import farthest_vertices
 
 
@@ -30,7 +31,7 @@ def test_the_ratio_is_in_radii_of_the_junction():
 
 def test_pruning_never_cuts_a_cycle():
     skeleton = theta_skeleton()
-    mesh = Mesh(skeleton.nodes, [[0, 1, 2]])
+    mesh = Mesh(skeleton.nodes, fan(len(skeleton.nodes)))
     assert prune(skeleton, mesh, min_branch_ratio=1e9).cycle_rank == 2
 
 
@@ -72,7 +73,7 @@ def test_the_junctions_of_a_triangle_are_not_merged():
 
 def test_the_reach_of_a_branch_is_measured_from_its_first_node_to_the_vertices_of_the_others():
     skeleton = Skeleton([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1], [1, 2]], np.ones(3), [0, 1, 2, 2])
-    mesh = Mesh([[-9, 0, 0], [1, 3, 0], [2, 1, 0], [3, 0, 0]], [[0, 1, 2]])
+    mesh = Mesh([[-9, 0, 0], [1, 3, 0], [2, 1, 0], [3, 0, 0]], fan(4))
     farthest, reaches = farthest_vertices(skeleton, mesh, [np.array([0, 1, 2])])
     assert (farthest.tolist(), reaches.tolist()) == ([1], [np.hypot(1, 3)])
     farthest, reaches = farthest_vertices(skeleton, mesh, [np.array([2, 1, 0]), np.array([0])])
@@ -97,7 +98,7 @@ def test_in_a_round_one_branch_goes_at_every_junction():
     ends = (np.flatnonzero((one.nodes == [3, 0, 0]).all(axis=1)), np.flatnonzero((one.nodes == [-3, 0, 0]).all(axis=1)))
     edges = np.concatenate([one.edges, one.edges + k, [[ends[0][0], k + ends[1][0]]]])
     both = Skeleton(nodes, edges, np.full(2 * k, 0.5), np.arange(2 * k))
-    pruned = prune(both, Mesh(nodes, [[0, 1, 2]]), min_branch_ratio=1.6)
+    pruned = prune(both, Mesh(nodes, fan(len(nodes))), min_branch_ratio=1.6)
     assert (len(pruned.tips), len(pruned.junctions)) == (2, 0)
     # what each junction had at first is a path again, and its vertices went to it
     for junction in (0, k):
@@ -127,3 +128,13 @@ def test_prune_refuses_another_mesh_and_a_ratio_that_is_none():
             prune(skeleton, mesh, min_branch_ratio=ratio)
         with pytest.raises(UnknownChoice, match="ratio must be a number of local radii, 0 or more"):
             merge_junctions(skeleton, ratio=ratio)
+
+
+def test_vertices_without_a_face_do_not_reach():
+    rod = capsule(6.0, 0.5)
+    skeleton = skeletonize(rod)
+    far = Mesh(np.concatenate([rod.vertices, [[0, 60, 0]]]), rod.faces)
+    tip = int(skeleton.tips[0])
+    with_far = replace(skeleton, node_of_vertex=np.append(skeleton.node_of_vertex, tip))
+    branch = skeleton.branches[0] if skeleton.branches[0][-1] == tip else skeleton.branches[0][::-1]
+    assert farthest_vertices(with_far, far, [branch])[1] == pytest.approx(farthest_vertices(skeleton, rod, [branch])[1])

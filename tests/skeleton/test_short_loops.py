@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from helpers import joined, loop_in, moved, theta_skeleton
 
-from lbskel import Skeleton, UnknownChoice, open_short_loops, skeletonize
+from lbskel import Skeleton, UnknownChoice, open_short_loops, skeletonize, to_tree
 from lbskel.shapes import torus
 
 # a loop with a tail on either side: the sides of the loop have lengths of 2 * sqrt(2)
@@ -122,3 +122,19 @@ def test_vertices_of_a_removed_branch_go_to_the_nearer_end_by_arc_length():
     edges = [[0, 1], [1, 2], [2, 3], [0, 4], [4, 5], [2, 5], [0, 6]]
     opened = open_short_loops(Skeleton(nodes, edges, [1, 0.5, 1, 1, 1, 1, 1], np.arange(7)), 100)
     assert opened.nodes[opened.node_of_vertex[1]].tolist() == [0, 0, 0]
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_loop_at_one_junction_is_opened_where_it_is_thinnest_however_it_is_numbered(order):
+    turn = np.linspace(0, 2 * np.pi, 9)[:-1]
+    ring = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)  # the first node is the junction
+    radii = np.array([1, 1, 1, 0.5, 0.2, 0.4, 1, 1, 1])
+    place = np.append(order * np.arange(8) % 8, 8)  # of each node
+    edges = place[[[i, (i + 1) % 8] for i in range(8)] + [[0, 8]]]
+    nodes, numbered = np.empty((9, 3)), np.empty(9)
+    nodes[place], numbered[place] = np.concatenate([ring, [[3, 0, 0]]]), radii
+    looped = Skeleton(nodes, edges, numbered)
+    opened = open_short_loops(looped, 100.0)
+    assert opened.cycle_rank == 0
+    assert opened.edges.tolist() == to_tree(looped).edges.tolist()
+    assert 0.2 in opened.radii[opened.tips]

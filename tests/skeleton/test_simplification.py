@@ -132,3 +132,11 @@ def test_a_whole_skeleton_keeps_its_topology_and_stays_inside():
     assert is_in_largest_piece(simplified.node_of_vertex, shape.mesh).all()
     # at most half a radius off the axis, so well inside
     assert inside_fraction(simplified, Surface(shape.mesh)) == 1
+
+
+def test_an_infinite_tolerance_keeps_the_ends_and_anchors_alone():
+    """A node of radius 0 on the line between the ends is no anchor."""
+    line, edges = [[0, 0, 0], [1, 1, 0], [2, 0, 0], [3, 0, 0]], [[0, 1], [1, 2], [2, 3]]
+    assert len(simplify_branches(Skeleton(line, edges, [1, 1, 0, 1]), tolerance=np.inf).nodes) == 2
+    held = Skeleton(line, edges, [1, 1, 0, 1], anchors=[1])
+    assert len(simplify_branches(held, tolerance=np.inf).nodes) >= 3
