@@ -23,7 +23,7 @@ from scipy.sparse.linalg import ArpackError, eigsh, splu
 from lbskel.errors import MeshError, SolveError, counted
 from lbskel.evaluation.operator_report import ROUNDING, ZERO_EIGENVALUE, LaplacianDiagnostics
 from lbskel.geometry.mesh import Mesh, as_mesh
-from lbskel.geometry.scaling import unit_scale
+from lbskel.geometry.scaling import unit_vertices
 from lbskel.operators import Laplacian
 from lbskel.solvers.eigenproblem import count_below, smallest_eigenpairs
 
@@ -121,7 +121,7 @@ def _negative_weights(S: csc_array) -> tuple[int, float, float]:
 
 def _linear_precision_error(S: csc_array, mesh: Mesh) -> float | None:
     """Return the largest relative |S V| over inner vertices whose ring and row lie in one plane, None without any."""
-    V, F, n = unit_scale(mesh.vertices, mesh.used_vertices)[0], mesh.faces, len(mesh.vertices)
+    V, F, n = unit_vertices(mesh)[0], mesh.faces, len(mesh.vertices)
     face_normals = np.nan_to_num(igl.per_face_normals(V, F, np.zeros(3)))
     normals = np.nan_to_num(igl.per_vertex_normals(V, F))
     tilt = 1 - np.einsum("fx,fkx->fk", face_normals, normals[F])

@@ -24,7 +24,9 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import unique_inverse
 
 # Lengths of edges are multiples of this power of two, relative to that nearest to the diameter bound: sums of them are
-# exact, so that no rounding error chooses between paths of equal length, as there are on a mesh of voxels
+# exact, so that no rounding error chooses between paths of equal length, as there are on a mesh of voxels. The step is
+# that of ROUNDING in lbskel.preprocess.simplification, swept in benchmarks/results/voxels.md; by hand, of eight bodies
+# of voxels at random all have one skeleton in two poses with it, and one has without
 LENGTH_EXPONENT = -30
 TINY = float(np.finfo(np.float64).tiny)
 

@@ -52,17 +52,23 @@ def half_edge_twins(faces: NDArray[np.int64]) -> NDArray[np.int64] | None:
     ----------
     faces : (m, 3) array of int
     """
-    start, end = faces[:, [1, 2, 0]].ravel(), faces[:, [2, 0, 1]].ravel()
-    n = int(faces.max()) + 1
-    key = np.minimum(start, end) * n + np.maximum(start, end)
-    order = stable_order(key)
-    same = key[order[1:]] == key[order[:-1]]
+    start, end, order, same = _by_edge(faces)
     first, second = order[:-1][same], order[1:][same]
     if (same[1:] & same[:-1]).any() or (start[first] == start[second]).any() or (start == end).any():
         return None
-    twins = np.full(len(key), -1)
+    twins = np.full(len(order), -1)
     twins[first], twins[second] = second, first
     return twins
+
+
+def _by_edge(
+    faces: NDArray[np.int64],
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
+    """List starts and ends of the (3m,) half-edges, their order by edge, and whether each has the edge of the next."""
+    start, end = faces[:, [1, 2, 0]].ravel(), faces[:, [2, 0, 1]].ravel()
+    key = np.minimum(start, end) * (int(faces.max(initial=0)) + 1) + np.maximum(start, end)
+    order = stable_order(key)
+    return start, end, order, key[order[1:]] == key[order[:-1]]
 
 
 def interior_twins(faces: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -73,15 +79,13 @@ def interior_twins(faces: NDArray[np.int64]) -> NDArray[np.int64]:
     faces : (m, 3) array of int
         None uses a vertex twice.
     """
-    start, end = faces[:, [1, 2, 0]].ravel(), faces[:, [2, 0, 1]].ravel()
-    key = np.minimum(start, end) * (int(faces.max(initial=0)) + 1) + np.maximum(start, end)
-    order = stable_order(key)
-    same = np.pad(key[order[1:]] == key[order[:-1]], 1)
+    start, _, order, same = _by_edge(faces)
+    same = np.pad(same, 1)
     is_pair = same[1:-1] & ~same[:-2] & ~same[2:]
     first, second = order[:-1][is_pair], order[1:][is_pair]
     is_consistent = start[first] != start[second]
     first, second = first[is_consistent], second[is_consistent]
-    twins = np.full(len(key), -1)
+    twins = np.full(len(order), -1)
     twins[first], twins[second] = second, first
     return twins
 

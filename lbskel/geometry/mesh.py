@@ -27,7 +27,7 @@ from lbskel.geometry.exchange import MeshExchange
 from lbskel.geometry.normals import normalized, triangle_normals, vector_lengths
 from lbskel.geometry.point_cloud import PointCloud
 from lbskel.geometry.polygon_triangulation import retriangulate_nonconvex
-from lbskel.geometry.scaling import unit_scale
+from lbskel.geometry.scaling import unit_vertices
 from lbskel.geometry.sorting import unique_inverse
 
 # Cached properties that depend on the faces alone
@@ -147,7 +147,7 @@ class Mesh(MeshExchange):
     @cached_property
     def _integrals(self) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
         """Area of each face, centroid of the surface, and volume."""
-        unit, k = unit_scale(self.vertices, self.used_vertices)  # squared areas overflow above 1e76, vanish below 1e-80
+        unit, k = unit_vertices(self)  # squared areas overflow above 1e76, vanish below 1e-80
         areas, centroid, volume = integrals(unit, self.faces)
         with np.errstate(over="ignore", under="ignore"):
             return np.ldexp(areas, 2 * k), np.ldexp(centroid, k), float(np.ldexp(volume, 3 * k))

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from lbskel._kernels.connectivity import neighbor_sums
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.scaling import unit_scale
+from lbskel.geometry.scaling import unit_vertices
 from lbskel.geometry.surface_queries import Surface
 
 # Roughness, in edge lengths, above which a surface is smoothed: noise with a standard deviation of a sixth of an edge,
@@ -79,7 +79,7 @@ def _roughness(mesh: Mesh) -> float:
     used = mesh.used_vertices
     if len(used) < MIN_VERTICES:
         return 0.0
-    sample, V = used[:: 1 + len(used) // MAX_SAMPLES], unit_scale(mesh.vertices, mesh.used_vertices)[0]
+    sample, V = used[:: 1 + len(used) // MAX_SAMPLES], unit_vertices(mesh)[0]
     is_near = np.zeros(len(V), dtype=bool)
     is_near[sample] = True
     A, B, C = mesh.faces.T

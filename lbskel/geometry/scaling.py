@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-__all__ = ["require_scale", "unit_scale"]
+__all__ = ["require_scale", "unit_scale", "unit_vertices"]
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.errors import UnknownChoice
+
+if TYPE_CHECKING:
+    from lbskel.geometry.mesh import Mesh
 
 
 def require_scale(scale: float) -> None:
@@ -23,24 +27,35 @@ def require_scale(scale: float) -> None:
         raise UnknownChoice(f"scale must be a positive number, not {scale!r}")
 
 
-def unit_scale(vertices: NDArray[np.float64], used: NDArray[np.int64] | None = None) -> tuple[NDArray[np.float64], int]:
+def unit_scale(vertices: NDArray[np.float64]) -> tuple[NDArray[np.float64], int]:
     """Divide vertices by 2^k so that the largest absolute coordinate is in [1/2, 1), exactly and without overflow.
 
     Parameters
     ----------
     vertices : (n, 3) array of float
-    used : (u,) array of int, optional
-        The vertices that have a face: their mean takes the place of all others, which may be anywhere.
 
     Returns
     -------
     scaled : (n, 3) array of float
     k : int
     """
-    if used is not None and len(used) < len(vertices):
-        own, k = unit_scale(vertices[used])
-        scaled = np.tile(own.mean(axis=0), (len(vertices), 1))
-        scaled[used] = own
-        return scaled, k
     k = int(np.frexp(np.abs(vertices).max())[1])
     return np.ldexp(vertices, -k), k
+
+
+def unit_vertices(mesh: Mesh) -> tuple[NDArray[np.float64], int]:
+    """Scale the vertices of a mesh that have a face by :func:`unit_scale`; their mean takes the place of all others.
+
+    Vertices without a face may be anywhere.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    """
+    used = mesh.used_vertices
+    if len(used) == len(mesh.vertices):
+        return unit_scale(mesh.vertices)
+    own, k = unit_scale(mesh.vertices[used])
+    scaled: NDArray[np.float64] = np.tile(own.mean(axis=0), (len(mesh.vertices), 1))
+    scaled[used] = own
+    return scaled, k

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from lbskel._kernels.triangles import corner_products
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.scaling import unit_scale
+from lbskel.geometry.scaling import unit_vertices
 from lbskel.operators.assembly import stiffness_of_corner_weights
 from lbskel.operators.base import Laplacian
 from lbskel.operators.corner_angles import degenerate_faces, edge_vectors, incident_vertices, row_dot
@@ -65,7 +65,7 @@ def shape_operators(mesh: Mesh) -> NDArray[np.float64]:
 
 def _shape_operators(mesh: Mesh, frames: _Frames) -> NDArray[np.float64]:
     """Fit the symmetric K for which K e is closest to the change of the normal along each edge e (three unknowns)."""
-    N = igl.per_vertex_normals(unit_scale(mesh.vertices, mesh.used_vertices)[0], mesh.faces)
+    N = igl.per_vertex_normals(unit_vertices(mesh)[0], mesh.faces)
     N = np.where(np.isfinite(N), N, 0.0)  # NaN where all faces of a vertex are so small that their areas underflow
     A, B, C = (N[mesh.faces[:, k]] for k in range(3))
     differences, u, v = (C - B, A - C, B - A), frames.u, frames.v
@@ -107,7 +107,7 @@ def anisotropic(mesh: Mesh, *, strength: float = STRENGTH) -> Laplacian:
     mesh = Mesh(mesh.vertices, require_orientation(mesh, "anisotropic")[0])
     edges = edge_vectors(mesh)
     frames = _frames(edges)
-    double_area = corner_products(unit_scale(mesh.vertices, mesh.used_vertices)[0], mesh.faces)[2]
+    double_area = corner_products(unit_vertices(mesh)[0], mesh.faces)[2]
     radius = np.sqrt(double_area.sum() / (8 * np.pi))
     xx, xy, yy = _diffusion(strength * radius * _shape_operators(mesh, frames))
     # The gradient of a hat function is the opposite edge rotated by 90 degrees over twice the area: D rotates as well.

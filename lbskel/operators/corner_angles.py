@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from lbskel._kernels.triangles import corner_products
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.scaling import unit_scale
+from lbskel.geometry.scaling import unit_vertices
 from lbskel.geometry.sorting import distinct
 
 EPSILON = float(np.finfo(np.float64).eps)
@@ -38,8 +38,8 @@ MAX_HEIGHT = 4.0
 
 
 def edge_vectors(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the (m, 3) vectors of the edges opposite the corners, scaled by :func:`unit_scale`; they sum to zero."""
-    V = unit_scale(mesh.vertices, mesh.used_vertices)[0]
+    """Return the (m, 3) vectors of the edges opposite the corners, by :func:`unit_vertices`; they sum to zero."""
+    V = unit_vertices(mesh)[0]
     A, B, C = V.take(mesh.faces.T, axis=0)
     return C - B, A - C, B - A
 
@@ -52,7 +52,7 @@ def row_dot(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float6
 
 def corner_cotangents(mesh: Mesh) -> NDArray[np.float64]:
     """Return the (m, 3) cotangents of the corner angles: infinite at 0 and 180 degrees, NaN where undefined."""
-    dots, _, double_areas = corner_products(unit_scale(mesh.vertices, mesh.used_vertices)[0], mesh.faces)
+    dots, _, double_areas = corner_products(unit_vertices(mesh)[0], mesh.faces)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         cotangents: NDArray[np.float64] = dots / double_areas[:, None]
     return cotangents
@@ -60,7 +60,7 @@ def corner_cotangents(mesh: Mesh) -> NDArray[np.float64]:
 
 def degenerate_faces(mesh: Mesh) -> NDArray[np.bool_]:
     """Return the (m,) mask of the faces that have no area, up to the rounding of the coordinates."""
-    V = unit_scale(mesh.vertices, mesh.used_vertices)[0]
+    V = unit_vertices(mesh)[0]
     _, squared_lengths, double_areas = corner_products(V, mesh.faces)
     rounding = EPSILON * np.abs(V).max()
     is_degenerate: NDArray[np.bool_] = double_areas <= MAX_HEIGHT * rounding * np.sqrt(squared_lengths.max(axis=1))

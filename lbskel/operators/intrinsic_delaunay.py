@@ -27,7 +27,7 @@ from lbskel.geometry.intrinsic_triangulation import (
     half_edge_twins,
 )
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.scaling import unit_scale
+from lbskel.geometry.scaling import unit_vertices
 from lbskel.geometry.sorting import distinct
 from lbskel.operators.assembly import stiffness_of_corner_weights
 from lbskel.operators.base import Laplacian
@@ -130,7 +130,7 @@ def intrinsic_delaunay(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) ->
         If an edge has more than two faces, a face uses a vertex twice, or the mesh cannot be oriented.
     """
     faces, twins = require_orientation(mesh, "intrinsic_delaunay")
-    n, lengths = len(mesh.vertices), igl.edge_lengths(unit_scale(mesh.vertices, mesh.used_vertices)[0], faces)
+    n, lengths = len(mesh.vertices), igl.edge_lengths(unit_vertices(mesh)[0], faces)
     if not lengths.any():
         return Laplacian(csc_array((n, n)), voronoi_mass(mesh), treated_vertices=np.unique(faces))
     lengths, is_thin = mollified_lengths(faces, lengths, mollify_factor)

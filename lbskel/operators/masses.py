@@ -21,7 +21,7 @@ from scipy.sparse import csc_array
 
 from lbskel._kernels.triangles import corner_products, mixed_voronoi_areas
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.scaling import unit_scale
+from lbskel.geometry.scaling import unit_vertices
 from lbskel.operators.assembly import diagonal_matrix, symmetric_matrix
 from lbskel.operators.corner_angles import MAX_COTANGENT
 
@@ -34,7 +34,7 @@ def _lumped(mesh: Mesh, corner_areas: NDArray[np.float64]) -> csc_array:
 
 def voronoi_corner_areas(mesh: Mesh) -> NDArray[np.float64]:
     """Compute the (m, 3) mixed Voronoi area of each corner of each face; the rows sum to the faces' areas."""
-    V, k = unit_scale(mesh.vertices, mesh.used_vertices)
+    V, k = unit_vertices(mesh)
     areas: NDArray[np.float64] = np.ldexp(mixed_voronoi_areas(*corner_products(V, mesh.faces), MAX_COTANGENT), 2 * k)
     return areas
 
@@ -46,14 +46,14 @@ def voronoi_mass(mesh: Mesh) -> csc_array:
 
 def barycentric_mass(mesh: Mesh) -> csc_array:
     """Build the diagonal matrix of a third of the areas of the triangles at each vertex."""
-    V, k = unit_scale(mesh.vertices, mesh.used_vertices)
+    V, k = unit_vertices(mesh)
     return _lumped(mesh, np.ldexp(np.repeat(igl.doublearea(V, mesh.faces)[:, None] / 6, 3, axis=1), 2 * k))
 
 
 def full_mass(mesh: Mesh) -> csc_array:
     """Build the mass matrix of linear finite elements, not diagonal; its rows sum to the barycentric areas."""
     diagonal = barycentric_mass(mesh).diagonal()
-    V, k = unit_scale(mesh.vertices, mesh.used_vertices)
+    V, k = unit_vertices(mesh)
     twelfths = np.ldexp(igl.doublearea(V, mesh.faces) / 24, 2 * k)
     return symmetric_matrix(mesh.faces, np.repeat(twelfths[:, None], 3, axis=1), diagonal / 2)
 

@@ -14,7 +14,7 @@ from scipy.sparse import coo_array, csc_array
 
 from lbskel._kernels.triangles import corner_products
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.scaling import unit_scale
+from lbskel.geometry.scaling import unit_vertices
 from lbskel.operators.assembly import diagonal_matrix, stiffness_of_corner_weights
 from lbskel.operators.base import Laplacian
 from lbskel.operators.corner_angles import degenerate_faces, incident_vertices
@@ -27,7 +27,7 @@ def _half_tangents(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64]
     tan(angle / 2) = |a x b| / (|a| |b| + a . b) = (|a| |b| - a . b) / |a x b|, whichever does not cancel. Both (m, 3)
     arrays are zero in degenerate triangles.
     """
-    V, k = unit_scale(mesh.vertices, mesh.used_vertices)
+    V, k = unit_vertices(mesh)
     dots, squared_lengths, double_areas = corner_products(V, mesh.faces)
     lengths, crosses = np.sqrt(squared_lengths), double_areas[:, None]
     sums = lengths[:, [1, 2, 0]] * lengths[:, [2, 0, 1]] + np.abs(dots)

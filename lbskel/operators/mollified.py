@@ -15,7 +15,7 @@ from scipy.sparse import csc_array
 
 from lbskel.geometry.intrinsic_triangulation import cotangents_of_lengths
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.scaling import unit_scale
+from lbskel.geometry.scaling import unit_vertices
 from lbskel.operators.assembly import stiffness_of_corner_weights
 from lbskel.operators.base import Laplacian
 from lbskel.operators.corner_angles import incident_vertices
@@ -32,7 +32,7 @@ def mollified(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacia
     mollify_factor : float
         Slack of every triangle inequality, relative to the mean edge length of its component.
     """
-    n, lengths = len(mesh.vertices), igl.edge_lengths(unit_scale(mesh.vertices, mesh.used_vertices)[0], mesh.faces)
+    n, lengths = len(mesh.vertices), igl.edge_lengths(unit_vertices(mesh)[0], mesh.faces)
     if not lengths.any():
         return Laplacian(csc_array((n, n)), voronoi_mass(mesh), treated_vertices=np.unique(mesh.faces))
     lengths, is_thin = mollified_lengths(mesh.faces, lengths, mollify_factor)

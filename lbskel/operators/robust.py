@@ -17,7 +17,7 @@ from scipy.sparse import csc_array
 
 from lbskel.geometry.intrinsic_triangulation import IntrinsicTriangulation, cotangents_of_lengths, delaunay
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.scaling import unit_scale
+from lbskel.geometry.scaling import unit_vertices
 from lbskel.geometry.sorting import distinct, first_of_each
 from lbskel.operators.assembly import diagonal_matrix, stiffness_of_corner_weights
 from lbskel.operators.base import Laplacian
@@ -40,7 +40,7 @@ def robust(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:
     mollify_factor : float
         Slack of every triangle inequality, relative to the mean edge length of its component.
     """
-    V, k = unit_scale(mesh.vertices, mesh.used_vertices)
+    V, k = unit_vertices(mesh)
     n = len(mesh.vertices)
     cover, mollified = tufted_delaunay(V, mesh.faces, mollify_factor=mollify_factor)
     if not len(cover.faces):

@@ -49,11 +49,7 @@ def listed_anchors(anchors: Any) -> list[Any]:
     ----------
     anchors : iterable of int or (3,) array_like
     """
-    if (
-        isinstance(anchors, str)
-        or not isinstance(anchors, Iterable)
-        or (isinstance(anchors, np.ndarray) and anchors.ndim == 0)
-    ):
+    if isinstance(anchors, str) or not np.iterable(anchors):
         raise MeshError(f"anchors must be a list of vertices or points, such as [0] or [(x, y, z)], not {anchors!r}")
     return list(anchors)
 

@@ -100,9 +100,8 @@ def skeletonize_cloud(
     mapped = replace(skeleton, node_of_vertex=to_node.indices)
     if join == "pieces":
         mapped = _with_joined_pieces(mapped, points, keeps_root=root is not None)
-    is_kept = surface.vertex_map.is_mapped  # outliers tell nothing of the shape
-    of_kept = replace(mapped, node_of_vertex=mapped.node_of_vertex[is_kept])
-    means = mean_axis_distances(of_kept, cloud.points[is_kept])  # 0 in a component without points
+    # without outliers; 0 in a component without points
+    means = mean_axis_distances(mapped, cloud.points, surface.vertex_map.is_mapped)
     means = np.where(means > 0, means, mapped.mean_radii)
     # the surface is a guess between the points, the more so where it is a tube around those of a thin limb
     mapped = replace(mapped, radii=np.minimum(mapped.radii, means), mean_radii=means)

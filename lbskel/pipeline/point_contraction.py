@@ -157,10 +157,8 @@ def _with_radii(skeleton: Skeleton, cloud: PointCloud, is_kept: NDArray[np.bool_
 
     Points that were left out as outliers do not count.
     """
-    points = cloud.points[is_kept]
-    inscribed = cKDTree(points).query(skeleton.nodes)[0]
-    of_kept = replace(skeleton, node_of_vertex=skeleton.node_of_vertex[is_kept])
-    means = mean_axis_distances(of_kept, points)  # 0 in a component without points
+    inscribed = cKDTree(cloud.points[is_kept]).query(skeleton.nodes)[0]
+    means = mean_axis_distances(skeleton, cloud.points, is_kept)  # 0 in a component without points
     return replace(skeleton, radii=inscribed, mean_radii=np.where(means > 0, means, inscribed))
 
 

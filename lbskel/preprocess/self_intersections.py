@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import triangle_normals
-from lbskel.geometry.scaling import unit_scale
+from lbskel.geometry.scaling import unit_vertices
 
 # Upper bounds on the time of the test. Guesses; the seconds are of one core that other jobs share.
 MAX_TESTED_FACES = 10_000  # faces tested against all others; of larger meshes so many are picked evenly
@@ -34,7 +34,7 @@ def self_intersecting_faces(mesh: Mesh) -> tuple[NDArray[np.int64], float]:
         Fraction of the faces that were tested against all others; below 1 there may be more.
     """
     m = len(mesh.faces)
-    unit, _ = unit_scale(mesh.vertices, mesh.used_vertices)  # products of six lengths would overflow
+    unit, _ = unit_vertices(mesh)  # products of six lengths would overflow
     mesh = mesh.with_vertices(unit)
     stride = 1 + (m - 1) // MAX_TESTED_FACES
     chosen = np.random.default_rng(0).permutation(np.arange(0, m, stride))  # so that the first are a sample too

@@ -73,7 +73,9 @@ def mean_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     return replace(skeleton, radii=_means(skeleton, distances), radius_kind="mean")
 
 
-def mean_axis_distances(skeleton: Skeleton, points: NDArray[np.float64]) -> NDArray[np.float64]:
+def mean_axis_distances(
+    skeleton: Skeleton, points: NDArray[np.float64], is_counted: NDArray[np.bool_] | None = None
+) -> NDArray[np.float64]:
     """Compute the mean distance of the points mapped to each node from the axis of its branch there.
 
     On a round tube that is its radius, whatever the spacing of the nodes, and noise hardly changes it: noise makes
@@ -87,7 +89,12 @@ def mean_axis_distances(skeleton: Skeleton, points: NDArray[np.float64]) -> NDAr
         With ``node_of_vertex``.
     points : (n, 3) array of float
         The vertices of the mesh, or the points of the cloud, that ``node_of_vertex`` belongs to.
+    is_counted : (n,) array of bool, optional
+        Whether each counts, as one that is no outlier; by default all do.
     """
+    if is_counted is not None:
+        points = points[is_counted]
+        skeleton = replace(skeleton, node_of_vertex=skeleton.node_of_vertex[is_counted])
     nodes, node = skeleton.nodes, skeleton.node_of_vertex
     directions = axis_directions(skeleton)
     offsets = points - nodes.take(node, axis=0)

@@ -23,6 +23,7 @@ from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.branch_lines import MAX_SINE, BranchLines, branch_lines, with_chords
 from lbskel.refinement.centerlines import SectionCenters
 from lbskel.refinement.inscribed_balls import MIN_BALL_RATIO
+from lbskel.refinement.radii import inscribed_radii
 from lbskel.skeleton.skeleton import Skeleton
 
 # Lower bound on the radius of a trunk over that of the ball at its junction, and on that of a tube that crosses it over
@@ -211,5 +212,5 @@ def split_junctions_along_trunks(
     is_known = np.concatenate([centers.is_known, np.zeros(len(new), dtype=bool)])
     positions = np.concatenate([centers.positions, new])
     positions[junctions] = nodes[junctions]
-    bare = replace(skeleton, nodes=nodes, edges=edges, radii=surface.distance(nodes), mean_radii=np.empty(0))
-    return replace(bare, radius_kind="inscribed"), SectionCenters(is_known, positions)
+    bare = replace(skeleton, nodes=nodes, edges=edges, radii=np.zeros(len(nodes)), mean_radii=np.empty(0))
+    return inscribed_radii(bare, surface), SectionCenters(is_known, positions)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lbskel import UnknownChoice
-from lbskel.geometry.scaling import require_scale, unit_scale
+from lbskel import Mesh, UnknownChoice
+from lbskel.geometry.scaling import require_scale, unit_scale, unit_vertices
 
 
 @pytest.mark.parametrize("size", [1e-300, 0.3, 1.0, 2.0, 7.0, 1e300])
@@ -15,14 +15,15 @@ def test_the_largest_coordinate_is_brought_to_between_a_half_and_one_exactly(siz
     assert np.array_equal(np.ldexp(scaled, exponent), points)
 
 
-def test_points_that_are_not_used_have_no_influence():
-    points = np.array([[1e308, 0, 0], [0.3, -0.7, 0.1], [-1e16, 1e-300, 0], [0.2, 0.1, 0.9]])
-    used = np.array([1, 3])
-    scaled, exponent = unit_scale(points, used)
-    expected, expected_exponent = unit_scale(points[used])
+def test_vertices_without_a_face_have_no_influence():
+    square = np.array([[0.0, 0, 0], [3, 0, 0], [0, 5, 0]])
+    far = Mesh(np.concatenate([[[1e16, -1e16, 0]], square]), [[1, 2, 3]])
+    scaled, exponent = unit_vertices(far)
+    expected, expected_exponent = unit_scale(square)
     assert exponent == expected_exponent
-    assert np.array_equal(scaled[used], expected)
-    assert np.array_equal(scaled[[0, 2]], [expected.mean(axis=0)] * 2)
+    assert np.array_equal(scaled[1:], expected)
+    assert scaled[0] == pytest.approx(expected.mean(axis=0))
+    assert np.array_equal(unit_vertices(Mesh(square, [[0, 1, 2]]))[0], expected)
 
 
 def test_points_at_the_origin_stay():
