@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["joining_by_report", "score", "score_cloud", "score_prepared"]
+__all__ = ["score", "score_cloud", "score_prepared"]
 
 from dataclasses import replace
 from typing import Any
@@ -17,10 +17,10 @@ from lbskel.evaluation.point_scoring import score_points
 from lbskel.evaluation.scoring import require_scorable, score_on
 from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.mesh import PointCloud
-from lbskel.geometry.sorting import is_among
 from lbskel.io import as_shape
 from lbskel.pipeline.preparation import PreparedMesh, prepare
 from lbskel.preprocess import Pipeline
+from lbskel.skeleton.joining import joining_by_report
 from lbskel.skeleton.skeleton import Skeleton
 
 
@@ -44,8 +44,7 @@ def score(skeleton: Skeleton, mesh: Any, *, preprocess: str | Pipeline | None = 
     Raises
     ------
     MeshError
-        If the input is no mesh or has no area, the skeleton has no nodes or some that are not finite, or its map is
-        for another mesh.
+        If the input is no mesh or has no area, the skeleton has no nodes, or its map is for another mesh.
 
     Examples
     --------
@@ -102,21 +101,6 @@ def score_cloud(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.int
     """
     require_scorable(skeleton, len(cloud.points))
     return score_points(skeleton, cloud, neighbors, joining_by_report(skeleton))
-
-
-def joining_by_report(skeleton: Skeleton) -> NDArray[np.bool_] | None:
-    """(e,) whether each edge was added to join bodies according to the report; None if it does not tell, or not all.
-
-    Parameters
-    ----------
-    skeleton : Skeleton
-    """
-    added = np.reshape(skeleton.report.get("joining_edges", []), (-1, 2, 3))
-    distances, ends = cKDTree(skeleton.nodes).query(added)
-    numbers = np.array([len(skeleton.nodes), 1])
-    if len(added) != skeleton.report.get("pieces_joined") or (distances > 0).any():
-        return None
-    return is_among(np.sort(skeleton.edges, axis=1) @ numbers, np.sort(ends, axis=1) @ numbers)
 
 
 def _joins_bodies(skeleton: Skeleton, prepared: PreparedMesh) -> NDArray[np.bool_]:

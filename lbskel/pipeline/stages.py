@@ -29,7 +29,7 @@ from lbskel.pipeline.anchoring import resolve_anchors
 from lbskel.pipeline.assembly import assemble, full_report
 from lbskel.pipeline.bodies import skeletonize_body
 from lbskel.pipeline.clouds import skeletonize_cloud
-from lbskel.pipeline.evaluation import joining_by_report, score_prepared
+from lbskel.pipeline.evaluation import score_prepared
 from lbskel.pipeline.grouping import skeletonize_bodies
 from lbskel.pipeline.memory import require_memory_options, simplify_within
 from lbskel.pipeline.options import resolve_options, resolve_settings
@@ -234,7 +234,7 @@ def _skeletonize_mesh(
         with timer("prune"):
             skeleton = prune(skeleton, prepared.source, min_branch_ratio=ratio)
     if n_nodes is not None:
-        skeleton = reroot_by_thickness(_resampled(replace(skeleton, report=counts), n_nodes))
+        skeleton = reroot_by_thickness(resample(replace(skeleton, report=counts), n_nodes=n_nodes))
     if root is not None:
         skeleton = reroot(skeleton, nearest_node(skeleton, root, prepared.source))
     counted = replace(skeleton, report=counts)
@@ -270,16 +270,3 @@ def _joined(
     i, j = joined.edges.T
     is_added = skeleton.component_of_node[i] != skeleton.component_of_node[j]
     return reroot_by_thickness(joined), joined.nodes[joined.edges[is_added]].tolist()
-
-
-def _resampled(skeleton: Skeleton, n_nodes: int) -> Skeleton:
-    """Space the nodes evenly, without nodes on the edges that joined bodies, which lie outside of the surface."""
-    is_joining = joining_by_report(skeleton)
-    if is_joining is None or not is_joining.any():
-        return resample(skeleton, n_nodes=n_nodes)
-    ends = skeleton.edges[is_joining]
-    held = replace(skeleton, edges=skeleton.edges[~is_joining], anchors=np.union1d(skeleton.anchors, ends))
-    resampled = resample(held, n_nodes=n_nodes)
-    number = np.zeros(len(skeleton.nodes), dtype=np.int64)
-    number[held.anchors] = resampled.anchors  # in the same order
-    return replace(resampled, edges=np.concatenate([resampled.edges, number[ends]]), anchors=number[skeleton.anchors])

@@ -8,8 +8,9 @@ Hoey 1975, https://doi.org/10.1109/SFCS.1975.8).
 
 from __future__ import annotations
 
-__all__ = ["JOIN_ANGLE", "JOIN_REACH", "join_components"]
+__all__ = ["JOIN_ANGLE", "JOIN_REACH", "join_components", "joining_by_report", "without_joining_edges"]
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +21,7 @@ from scipy.spatial import Delaunay, cKDTree
 from lbskel.errors import UnknownChoice
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.normals import vector_lengths
+from lbskel.geometry.sorting import is_among
 from lbskel.skeleton.skeleton import Skeleton
 
 # Upper bounds on an edge that joins pieces of one shape: its length, in sums of the radii of its ends, and its angle to
@@ -100,6 +102,42 @@ def join_components(
     tree = minimum_spanning_tree(weighted_graph(joined[first], first + 1.0, n)).tocoo()
     chosen = order[first[np.searchsorted(key, tree.row.astype(np.int64) * n + tree.col)]]
     return replace(skeleton, edges=np.concatenate([skeleton.edges, np.stack([i[chosen], j[chosen]], axis=1)]))
+
+
+def joining_by_report(skeleton: Skeleton) -> NDArray[np.bool_] | None:
+    """(e,) whether each edge was added to join bodies according to the report; None if it does not tell, or not all.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    """
+    added = np.reshape(skeleton.report.get("joining_edges", []), (-1, 2, 3))
+    distances, ends = cKDTree(skeleton.nodes).query(added)
+    numbers = np.array([len(skeleton.nodes), 1])
+    if len(added) != skeleton.report.get("pieces_joined") or (distances > 0).any():
+        return None
+    return is_among(np.sort(skeleton.edges, axis=1) @ numbers, np.sort(ends, axis=1) @ numbers)
+
+
+def without_joining_edges(edit: Callable[[Skeleton], Skeleton], skeleton: Skeleton) -> Skeleton:
+    """Edit the branches of a skeleton, but not the edges that joined its bodies, which lie outside of these.
+
+    Parameters
+    ----------
+    edit : callable
+        From a skeleton to one with the same anchors in the same order.
+    skeleton : Skeleton
+        Its report tells which edges joined bodies; where it does not, all edges are edited.
+    """
+    is_joining = joining_by_report(skeleton)
+    if is_joining is None or not is_joining.any():
+        return edit(skeleton)
+    ends = skeleton.edges[is_joining]
+    held = replace(skeleton, edges=skeleton.edges[~is_joining], anchors=np.union1d(skeleton.anchors, ends))
+    edited = edit(held)
+    number = np.zeros(len(skeleton.nodes), dtype=np.int64)
+    number[held.anchors] = edited.anchors
+    return replace(edited, edges=np.concatenate([edited.edges, number[ends]]), anchors=number[skeleton.anchors])
 
 
 def _continues_branch(

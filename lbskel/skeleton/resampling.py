@@ -12,6 +12,7 @@ import heapq
 import operator
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -22,6 +23,7 @@ from lbskel.errors import UnknownChoice
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.sorting import group_medians
 from lbskel.skeleton.editing import replace_paths
+from lbskel.skeleton.joining import without_joining_edges
 from lbskel.skeleton.skeleton import Skeleton
 
 Polylines: TypeAlias = list[NDArray[np.float64]]
@@ -64,7 +66,7 @@ class _Paths:
 
 
 def resample(skeleton: Skeleton, *, spacing: float | None = None, n_nodes: int | None = None) -> Skeleton:
-    """Space the nodes evenly along each branch; junctions, tips, anchors and loops are kept.
+    """Space the nodes evenly along each branch; junctions, tips, anchors, loops and what joins bodies are kept.
 
     Parameters
     ----------
@@ -94,6 +96,11 @@ def resample(skeleton: Skeleton, *, spacing: float | None = None, n_nodes: int |
     """
     if (spacing is None) == (n_nodes is None):
         raise UnknownChoice("give either spacing or n_nodes")
+    return without_joining_edges(partial(_resampled, spacing=spacing, n_nodes=n_nodes), skeleton)
+
+
+def _resampled(skeleton: Skeleton, *, spacing: float | None, n_nodes: int | None) -> Skeleton:
+    """Space the nodes evenly, by the one that is given."""
     paths = _paths(skeleton)
     if spacing is not None:
         counts = _counts_for_spacing(skeleton, paths, spacing, shortest=0.0)

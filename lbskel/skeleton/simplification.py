@@ -12,6 +12,7 @@ from __future__ import annotations
 __all__ = ["simplify_branches"]
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,13 +20,14 @@ from numpy.typing import NDArray
 from lbskel.errors import UnknownChoice
 from lbskel.geometry.normals import vector_lengths
 from lbskel.skeleton.editing import contract_nodes
+from lbskel.skeleton.joining import without_joining_edges
 from lbskel.skeleton.skeleton import Skeleton
 
 MAX_SPAN = 128  # number of edges that a segment may stand for, so that time is linear in the number of nodes; a guess
 
 
 def simplify_branches(skeleton: Skeleton, *, tolerance: float = 0.5) -> Skeleton:
-    """Replace every branch by the fewest straight segments; junctions, tips, anchors and loops are kept.
+    """Replace every branch by the fewest straight segments; junctions, tips, anchors, loops and joins are kept.
 
     Parameters
     ----------
@@ -54,6 +56,11 @@ def simplify_branches(skeleton: Skeleton, *, tolerance: float = 0.5) -> Skeleton
     """
     if not tolerance > 0:
         raise UnknownChoice(f"tolerance must be positive, in local radii, not {tolerance}")
+    return without_joining_edges(partial(_simplified, tolerance=tolerance), skeleton)
+
+
+def _simplified(skeleton: Skeleton, *, tolerance: float) -> Skeleton:
+    """Replace every branch by the fewest segments within the tolerance."""
     target = np.arange(len(skeleton.nodes))
     edges, ends_seen = [np.empty((0, 2), dtype=np.int64)], set()
     for branch in sorted(skeleton.branches, key=len):  # a single edge between two junctions cannot be bent aside

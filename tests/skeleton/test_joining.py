@@ -1,12 +1,16 @@
 """Joining: the shortest edges between components, with cycles and the map unchanged."""
 
+from dataclasses import replace
+from functools import partial
+
 import numpy as np
 import pytest
 from helpers import joined, moved
 from scipy.spatial.distance import cdist
 
-from lbskel import Skeleton, UnknownChoice, join_components, skeletonize
+from lbskel import Skeleton, UnknownChoice, join_components, resample, score, simplify_branches, skeletonize
 from lbskel.shapes import torus
+from lbskel.skeleton.joining import joining_by_report, without_joining_edges
 
 
 def dashes(n, seed=0, span=(1, 1, 1)):
@@ -125,3 +129,31 @@ def test_the_nearest_pair_of_nodes_may_be_one_that_is_not_allowed():
 def test_an_empty_skeleton_stays_empty():
     empty = Skeleton(np.empty((0, 3)), np.empty((0, 2), dtype=np.int64), [])
     assert join_components(empty) is empty
+
+
+@pytest.fixture(scope="module")
+def rod_and_ring(rod, ring):
+    """Two bodies beside each other, and their skeleton in one graph."""
+    mesh = joined(rod, moved(ring, 4.0))
+    return mesh, skeletonize(mesh, join="all")
+
+
+@pytest.mark.parametrize(
+    "edit", [partial(resample, spacing=0.3), partial(resample, n_nodes=40), partial(simplify_branches, tolerance=0.1)]
+)
+def test_edges_that_join_bodies_are_not_edited(edit, rod_and_ring):
+    mesh, skeleton = rod_and_ring
+    edited = edit(skeleton)
+    (added,) = np.sort(skeleton.report["joining_edges"], axis=1)
+    assert (np.sort(edited.nodes[edited.edges], axis=1) == added).all(axis=(1, 2)).sum() == 1
+    assert np.count_nonzero(joining_by_report(edited)) == 1
+    assert len(edited.anchors) == 0
+    assert score(edited, mesh).inside_fraction == 1
+
+
+def test_anchors_stay_where_edges_are_set_aside(rod_and_ring):
+    skeleton = replace(rod_and_ring[1], anchors=[3])
+    resampled = without_joining_edges(partial(resample, spacing=0.3), skeleton)
+    assert np.array_equal(resampled.nodes[resampled.anchors], skeleton.nodes[[3]])
+    unknown = replace(skeleton, report={})
+    assert without_joining_edges(lambda given: given, unknown) is unknown
