@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.errors import MeshError
-from lbskel.geometry.vertex_map import VertexMap
+from lbskel.geometry.normals import vector_lengths
 from lbskel.pipeline.preparation import Body, PreparedMesh
 from lbskel.refinement.anchors import as_place, resolve_anchor
 
@@ -24,7 +24,7 @@ class Anchors:
     Parameters
     ----------
     vertices : (a,) array of int
-        The vertex at or nearest to each point.
+        The vertex at each point, or the nearest one of the bodies that the point lies inside.
     points : (a, 3) array of float
         In the unit coordinates of the prepared mesh.
     numbers : (a,) array of int
@@ -98,5 +98,17 @@ def resolve_anchors(anchors: Iterable[Any], prepared: PreparedMesh) -> Anchors:
     is_vertex = (points == prepared.frame.to_unit(prepared.source.vertices[vertices])).all(axis=1) & (targets >= 0)
     points[is_vertex] = prepared.mesh.vertices[targets[is_vertex]]
     first = np.sort(np.unique(points, axis=0, return_index=True)[1])
-    points, targets = points[first], targets[first]
-    return Anchors(VertexMap(targets).complete(points, prepared.mesh.vertices).indices, points, first)
+    points, is_vertex, targets = points[first], is_vertex[first], targets[first]
+    in_bodies = np.concatenate([body.vertices for body in prepared.bodies])
+    for row in np.flatnonzero(~is_vertex | ~np.isin(targets, in_bodies)).tolist():
+        targets[row] = _vertex_of_point(points[row], prepared)
+    return Anchors(targets, points, first)
+
+
+def _vertex_of_point(point: NDArray[np.float64], prepared: PreparedMesh) -> int:
+    """Find the vertex nearest to a point, of the bodies that it lies inside, or of all bodies if it lies in none."""
+    holding = [body for body in prepared.bodies if body.mesh.is_closed and body.surface.contains(point[None])[0]]
+    vertices = np.concatenate([body.vertices for body in holding or prepared.bodies])
+    with np.errstate(over="ignore"):  # a point so far away is refused where it is attached
+        distances = vector_lengths(prepared.mesh.vertices[vertices] - point)
+    return int(vertices[np.argmin(distances)])

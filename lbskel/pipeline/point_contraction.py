@@ -33,7 +33,7 @@ from lbskel.pipeline.environment import are_kernels_compiled, versions
 from lbskel.pipeline.profiling import StageTimer
 from lbskel.preprocess.point_cleaning import CleanedPoints, clean_points
 from lbskel.preprocess.point_neighborhoods import Neighborhoods
-from lbskel.refinement.anchors import as_place
+from lbskel.refinement.anchors import as_point
 from lbskel.refinement.radii import mean_axis_distances
 from lbskel.skeleton.editing import reroot
 from lbskel.skeleton.joining import join_components
@@ -166,10 +166,9 @@ def _resolve_root(root: Any, n_points: int) -> int | NDArray[np.float64]:
     """Return the index of the point, or the position, that a root is; raise MeshError if it is neither."""
     if (index := index_of_point(root, n_points)) is not None:
         return index
-    given = as_place(root)
-    if given.shape != (3,) or not np.issubdtype(given.dtype, np.number) or not np.isfinite(given).all():
+    if (point := as_point(root)) is None:
         raise MeshError(f"a root must be the index of a point, or a point of three numbers, not {root!r}")
-    return given.astype(np.float64)
+    return point
 
 
 def _node_at(place: int | NDArray[np.float64], skeleton: Skeleton) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["as_place", "attach_anchors", "nearest_node", "resolve_anchor", "resolve_root"]
+__all__ = ["as_place", "as_point", "attach_anchors", "nearest_node", "resolve_anchor", "resolve_root"]
 
 from dataclasses import replace
 from typing import Any
@@ -29,6 +29,14 @@ def as_place(place: Any) -> NDArray[Any]:
         return np.asarray(place)
     except ValueError:
         return np.array(None)
+
+
+def as_point(place: Any) -> NDArray[np.float64] | None:
+    """Convert a place to a point; None if it is not three finite real numbers."""
+    given = as_place(place)
+    if given.shape != (3,) or given.dtype.kind not in "iuf" or not np.isfinite(given).all():
+        return None
+    return given.astype(np.float64)
 
 
 def resolve_anchor(anchor: Any, mesh: Mesh, what: str = "anchor") -> tuple[int, NDArray[np.float64]]:
@@ -59,9 +67,8 @@ def resolve_anchor(anchor: Any, mesh: Mesh, what: str = "anchor") -> tuple[int, 
         if int(given) not in mesh.used_vertices:
             raise MeshError(f"vertex {given}, given as {what}, belongs to no face; give a vertex of a face, or a point")
         return int(given), V[int(given)]
-    if given.shape != (3,) or not np.issubdtype(given.dtype, np.number) or not np.isfinite(given).all():
+    if (point := as_point(anchor)) is None:
         raise MeshError(f"the {what} must be the index of a vertex or a point of three numbers, not {anchor!r}")
-    point = given.astype(np.float64)
     used = mesh.used_vertices
     with np.errstate(over="ignore"):  # a point so far away is refused where it is attached
         distances = vector_lengths(V[used] - point)

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from helpers import joined, moved
+from helpers import box_mesh, joined, moved
 
 from lbskel import Mesh, MeshError, skeletonize
 from lbskel.pipeline.anchoring import listed_anchors, resolve_anchors
 from lbskel.pipeline.preparation import prepare
-from lbskel.shapes import torus
+from lbskel.shapes import capsule, torus
 
 
 def test_anchors_are_brought_to_unit_coordinates_and_to_their_body(rod, ring):
@@ -79,3 +79,21 @@ def test_vertices_that_preprocessing_joins_are_one_anchor(rod):
 def test_a_single_number_is_no_list_of_anchors(anchors):
     with pytest.raises(MeshError, match="anchors must be a list"):
         listed_anchors(anchors)
+
+
+def test_an_anchor_inside_a_body_is_of_that_body_though_a_vertex_of_another_is_nearer():
+    box, rod = box_mesh((2, 2, 6)), moved(capsule(5.0, 0.1, 12), 1.2)
+    skeleton = skeletonize(joined(box, rod), anchors=[(0, 0, 0)])
+    (node,) = skeleton.anchors
+    assert skeleton.nodes[node] == pytest.approx(0, abs=1e-9)
+    assert skeleton.component_of_node[node] == skeleton.component_of_node[skeleton.node_of_vertex[0]]
+
+
+@pytest.mark.parametrize("preprocess", ["auto", None])
+def test_an_anchor_beside_or_at_a_crumb_is_of_the_body_around_it(preprocess, tetrahedron):
+    rod, crumb = capsule(3.0, 0.4, 40), tetrahedron.with_vertices(1e-3 * tetrahedron.vertices)
+    mesh = joined(rod, crumb)
+    for anchor in ((0.0, 0.0, 0.01), len(rod.vertices)):
+        skeleton = skeletonize(mesh, anchors=[anchor], preprocess=preprocess)
+        assert np.linalg.norm(skeleton.nodes[skeleton.anchors], axis=1).max() <= 0.01 + 1e-9
+        assert len(skeleton.anchors) == 1

@@ -45,6 +45,7 @@ def test_a_vertex_is_itself_and_a_point_has_the_nearest_vertex_in_use():
         (0.5, "must be the index of a vertex or a point"),
         ([0, 0], "must be the index of a vertex or a point"),
         ([0, 0, np.inf], "must be the index of a vertex or a point"),
+        ([0, 0, 1j], "must be the index of a vertex or a point"),
         ([1, [2]], "must be the index of a vertex or a point"),
         ("a", "must be the index of a vertex or a point"),
     ],
