@@ -20,8 +20,11 @@ from lbskel.solvers import ALL_SOLVERS
 STOP_RULES = ("areas", "rings")
 
 
-def _is_finite(value: Any) -> bool:
-    return isinstance(value, int | float | np.number) and bool(np.isfinite(value))
+LARGEST = 1e100  # upper bound on settings, so that squares of weights are finite
+
+
+def _is_bounded(value: Any) -> bool:
+    return isinstance(value, int | float | np.integer | np.floating) and bool(abs(float(value)) <= LARGEST)
 
 
 @dataclass(frozen=True)
@@ -132,15 +135,15 @@ class ContractionSettings:
         )
         for name in positive:
             value = getattr(self, name)
-            if value is not None and not (_is_finite(value) and value > 0):
+            if value is not None and not (_is_bounded(value) and value > 0):
                 hint = "; None is no bound" if name in ("max_contraction_weight", "max_attraction") else ""
-                raise UnknownChoice(f"{name} must be positive and finite, not {value!r}{hint}")
+                raise UnknownChoice(f"{name} must be positive and at most {LARGEST:g}, not {value!r}{hint}")
         if not isinstance(self.max_steps, int | np.integer):
             raise UnknownChoice(f"max_steps must be a whole number, not {self.max_steps!r}")
         for name in ("collapse_length", "degenerate_angle"):
             value = getattr(self, name)
-            if not (_is_finite(value) and value >= 0):
-                raise UnknownChoice(f"{name} must be zero or positive, and finite, not {value!r}")
+            if not (_is_bounded(value) and value >= 0):
+                raise UnknownChoice(f"{name} must be zero or positive, and at most {LARGEST:g}, not {value!r}")
 
 
 DEGENERACY_STRATEGIES: dict[str, Mapping[str, Any]] = {

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 
 from lbskel.contraction.cycle_classes import tunnels_missed
-from lbskel.errors import MeshError, counted, first_few
+from lbskel.errors import MeshError, counted
 from lbskel.evaluation.handles import count_handles
 from lbskel.evaluation.measures import Score
 from lbskel.evaluation.medial_points import medial_distances
@@ -65,6 +65,7 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
     OutOfTime
         If the deadline of the surface passes.
     """
+    skeleton, surface = _on_used_vertices(skeleton, surface)
     unit, has_map = surface.mesh, len(skeleton.node_of_vertex) > 0
     skeleton = _on_surface(skeleton, surface)
     node = skeleton.node_of_vertex
@@ -107,7 +108,7 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
         extra_components=skeleton.n_components - int((~find_crumbs(unit)).sum()),
         extra_cycles=_extra_cycles(skeleton, unit, n_loops_opened),
         tunnels_missed=_tunnels_missed(skeleton, surface, n_loops_opened),
-        connected_regions=float(is_in_largest_piece(node, unit)[unit.used_vertices].mean()) if has_map else None,
+        connected_regions=float(is_in_largest_piece(node, unit).mean()) if has_map else None,
         adjacent_regions=1 - len(disjoint) / max(1, len(skeleton.edges)) if has_map else None,
         shortcut_edges=_n_shortcut_edges(skeleton, unit, widths, disjoint),
         spurs=n_spurs(skeleton),
@@ -124,6 +125,19 @@ def centeredness_errors(skeleton: Skeleton, surface: Surface) -> NDArray[np.floa
     """
     skeleton = _on_surface(skeleton, surface)
     return _section_errors(skeleton, mean_radii(skeleton, surface.mesh).radii, surface)
+
+
+def _on_used_vertices(skeleton: Skeleton, surface: Surface) -> tuple[Skeleton, Surface]:
+    """Leave out the vertices without a face, which would count in the regions of nodes."""
+    mesh = surface.mesh
+    used, n = mesh.used_vertices, len(mesh.vertices)
+    if len(used) == n:
+        return skeleton, surface
+    number = np.zeros(n, dtype=np.int64)
+    number[used] = np.arange(len(used))
+    own = skeleton.node_of_vertex[used] if len(skeleton.node_of_vertex) else skeleton.node_of_vertex
+    used_mesh = Mesh(mesh.vertices[used], number[mesh.faces])
+    return replace(skeleton, node_of_vertex=own), Surface(used_mesh, deadline=surface.deadline)
 
 
 def _on_surface(skeleton: Skeleton, surface: Surface) -> Skeleton:
@@ -146,13 +160,10 @@ def require_scorable(skeleton: Skeleton, n_vertices: int) -> None:
     Raises
     ------
     MeshError
-        If it has no nodes, nodes that are not finite, or a map of another number of vertices.
+        If it has no nodes, or a map of another number of vertices.
     """
     if len(skeleton.nodes) == 0:
         raise MeshError("the skeleton has no nodes, so there is nothing to score")
-    not_finite = np.flatnonzero(~np.isfinite(skeleton.nodes).all(axis=1))
-    if len(not_finite):
-        raise MeshError(f"nodes {first_few(not_finite)} of the skeleton have NaN or infinite coordinates")
     n_mapped = len(skeleton.node_of_vertex)
     if n_mapped not in (0, n_vertices):
         raise MeshError(

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lbskel.errors import FormatError, MeshError, first_few
+from lbskel.errors import FormatError, MeshError
 from lbskel.io.atomic_write import Content, write_all_safely
 from lbskel.io.csv import encode_csv, read_csv
 from lbskel.io.graphml import encode_graphml, read_graphml
@@ -113,7 +113,7 @@ def write_skeleton(
     """
     entry = FORMATS[known_extension(path, FORMATS, "skeletons")]
     with prefix_errors(path):
-        _check(skeleton)
+        _require_nodes(skeleton)
         options = _tree_options(entry, root, scale, units)
         contents = entry.encode(skeleton, Path(path), **options)
     write_all_safely(contents, force)
@@ -157,7 +157,7 @@ def read_skeleton(path: str | os.PathLike[str]) -> Skeleton:
             skeleton = entry.read(Path(path))
         except MeshError as error:  # raised by Skeleton for indices that are not nodes
             raise FormatError(str(error)) from None
-        _check(skeleton)
+        _require_nodes(skeleton)
         return skeleton
 
 
@@ -195,10 +195,7 @@ def _tree_options(entry: Format, root: int | None, scale: float, units: str | No
     return {}
 
 
-def _check(skeleton: Skeleton) -> None:
-    """Raise a FormatError for a skeleton without nodes or with non-finite positions."""
+def _require_nodes(skeleton: Skeleton) -> None:
+    """Raise a FormatError for a skeleton without nodes."""
     if not len(skeleton.nodes):
         raise FormatError("the skeleton has no nodes")
-    bad = np.flatnonzero(~np.isfinite(skeleton.nodes).all(axis=1))
-    if len(bad):
-        raise FormatError(f"nodes {first_few(bad)} of the skeleton have NaN or infinite coordinates")

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.errors import MeshError, UnknownChoice
+from lbskel.geometry.components import find_crumbs
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.sorting import group_medians, stable_float_order
@@ -67,8 +68,8 @@ def prune(skeleton: Skeleton, mesh: Any, *, min_branch_ratio: float = MIN_BRANCH
     """Remove the end branches whose surface does not reach far enough from their junction.
 
     A branch is removed if no vertex that is mapped to it is farther from its junction than ``min_branch_ratio`` times
-    the radius there. At each junction the shortest go first, until two branches are left, and their vertices go to the
-    junction. Branches with an anchor stay.
+    the radius there; vertices of components too small for a skeleton do not count. At each junction the shortest go
+    first, until two branches are left, and their vertices go to the junction. Branches with an anchor stay.
 
     Parameters
     ----------
@@ -103,6 +104,9 @@ def prune(skeleton: Skeleton, mesh: Any, *, min_branch_ratio: float = MIN_BRANCH
             f"prune needs the mesh that the skeleton's node_of_vertex belongs to: the map has "
             f"{len(skeleton.node_of_vertex)} vertices and the mesh {len(mesh.vertices)}"
         )
+    is_counted = ~find_crumbs(mesh)[mesh.component_of_vertex[mesh.faces[:, 0]]]
+    if 0 < np.count_nonzero(is_counted) < len(is_counted):
+        mesh = Mesh(mesh.vertices, mesh.faces[is_counted])
     while True:
         is_anchor = np.zeros(len(skeleton.nodes), dtype=bool)
         is_anchor[skeleton.anchors] = True

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lbskel._kernels.connectivity import component_roots
 from lbskel._kernels.traversal import walk_branches
-from lbskel.errors import MeshError, counted
+from lbskel.errors import MeshError, counted, first_few
 from lbskel.geometry.arrays import read_only, refuse_masked
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.sorting import distinct, group_medians, stable_order
@@ -84,8 +84,8 @@ class Skeleton(SkeletonExchange):
     Raises
     ------
     MeshError
-        If an array does not hold numbers or has the wrong shape, the lengths do not agree, or an edge, the map or an
-        anchor refers to a node that does not exist.
+        If an array does not hold numbers or has the wrong shape, a node is not finite, the lengths do not agree, or an
+        edge, the map or an anchor refers to a node that does not exist.
 
     Examples
     --------
@@ -106,6 +106,9 @@ class Skeleton(SkeletonExchange):
 
     def __post_init__(self) -> None:
         nodes = _rows(self.nodes, "nodes", 3, np.float64)
+        if not np.isfinite(nodes).all():
+            bad = first_few(np.flatnonzero(~np.isfinite(nodes).all(axis=1)))
+            raise MeshError(f"nodes {bad} of the skeleton have NaN or infinite coordinates")
         edges = _rows(self.edges, "edges", 2, np.int64)
         if not (is_ascending := (edges[:, 0] < edges[:, 1]).all()):
             edges = np.sort(edges, axis=1)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from lbskel import DEGENERACY_STRATEGIES, PRESETS, WEIGHTS, ContractionSettings, Status, UnknownChoice, contract
+from lbskel.contraction.energies import ENERGIES
 from lbskel.operators import OPERATORS
 from lbskel.shapes import capsule, torus
 
@@ -89,6 +90,7 @@ def test_presets_take_the_weights_of_their_name():
         {"collapse_length": float("nan")},
         {"collapse_length": -1.0},
         {"initial_weight": float("inf")},
+        {"contraction_growth": 1e101},
         {"degenerate_angle": None},
     ],
 )
@@ -99,6 +101,15 @@ def test_numbers_that_are_none_of_their_kind_are_refused(wrong):
 
 @pytest.mark.parametrize("name", ["max_contraction_weight", "max_attraction"])
 def test_no_bound_is_none(name):
-    with pytest.raises(UnknownChoice, match=f"{name} must be positive and finite, not inf; None is no bound"):
+    with pytest.raises(UnknownChoice, match=f"{name} must be positive and at most 1e\\+100, not inf; None is no bound"):
         ContractionSettings(**{name: np.inf})
     assert getattr(ContractionSettings(**{name: None}), name) is None
+
+
+@pytest.mark.parametrize(
+    "changed", ["initial_weight", "contraction_growth", "max_attraction", "max_contraction_weight"]
+)
+@pytest.mark.parametrize("energy", ENERGIES)
+def test_the_largest_numbers_do_not_overflow(ring, changed, energy):
+    settings = ContractionSettings(energy=energy, max_steps=3, **{changed: 1e100})
+    assert np.isfinite(contract(ring, settings).mesh.vertices).all()

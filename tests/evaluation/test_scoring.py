@@ -514,8 +514,6 @@ def test_what_cannot_be_scored_says_why(ring):
     node = np.zeros((1, 3))
     with pytest.raises(MeshError, match="no nodes"):
         score(Skeleton(np.empty((0, 3)), [], []), ring)
-    with pytest.raises(MeshError, match="nodes 0 of the skeleton"):
-        score(Skeleton(node * np.nan, [], [0]), ring)
     with pytest.raises(MeshError, match="map is for 7 vertices, but the mesh has 128"):
         score(Skeleton(node, [], [0], np.zeros(7)), ring)
     with pytest.raises(MeshError, match="all vertices of the mesh lie at one point"):
@@ -535,3 +533,13 @@ def test_any_skeleton_gets_a_score(ring, spoilt):
 def test_the_map_of_skeletonize_is_in_one_piece(limbs):
     mesh, skeleton = limbs
     assert is_in_largest_piece(skeleton.node_of_vertex, mesh).all()
+
+
+def test_vertices_without_a_face_have_no_influence(limbs):
+    mesh, skeleton = limbs
+    half = without(skeleton, skeleton.end_branches[0][1:], skeleton.end_branches[0][0])
+    far = Mesh(np.concatenate([mesh.vertices, mesh.vertices + [9, 0, 0]]), mesh.faces)
+    longer = replace(half, node_of_vertex=np.concatenate([half.node_of_vertex, half.node_of_vertex]))
+    for one, other in ((half, longer), (replace(half, node_of_vertex=[]), replace(half, node_of_vertex=[]))):
+        found, expected = score(other, far, preprocess=None), score(one, mesh, preprocess=None)
+        assert asdict(found) == pytest.approx(asdict(expected))

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers import fan, star_skeleton, theta_skeleton
+from helpers import fan, joined, star_skeleton, theta_skeleton
 
 from lbskel import Mesh, MeshError, Skeleton, UnknownChoice, merge_junctions, prune, skeletonize
-from lbskel.shapes import capsule
+from lbskel.shapes import capsule, make
 from lbskel.skeleton.pruning import farthest_vertices
 
 
@@ -138,3 +138,23 @@ def test_vertices_without_a_face_do_not_reach():
     with_far = replace(skeleton, node_of_vertex=np.append(skeleton.node_of_vertex, tip))
     branch = skeleton.branches[0] if skeleton.branches[0][-1] == tip else skeleton.branches[0][::-1]
     assert farthest_vertices(with_far, far, [branch])[1] == pytest.approx(farthest_vertices(skeleton, rod, [branch])[1])
+
+
+def test_crumbs_do_not_reach(tetrahedron):
+    """A tetrahedron beside the end of the shortest limb is mapped to its tip."""
+    tripod = make("tripod", n_vertices=1500).mesh
+    skeleton = skeletonize(tripod)
+    ends = skeleton.end_branches
+    reach = farthest_vertices(skeleton, tripod, ends)[1]
+    tip = int(ends[np.argmin(reach)][-1])
+    both = joined(tripod, tetrahedron.with_vertices(1e-3 * tetrahedron.vertices + 9 * skeleton.nodes[tip]))
+    with_crumb = replace(skeleton, node_of_vertex=np.append(skeleton.node_of_vertex, [tip] * 4))
+    ratio = 1.01 * reach.min() / skeleton.radii[skeleton.junctions[0]]
+    assert len(prune(with_crumb, both, min_branch_ratio=ratio).tips) == 2
+
+
+def test_a_mesh_of_nothing_but_crumbs_is_taken_as_it_is():
+    skeleton, mesh = star_skeleton([3, 3, 1])
+    assert np.array_equal(mesh.faces[:, 0], np.zeros(len(mesh.faces)))
+    few = Mesh(mesh.vertices, [[0, int(tip), 0] for tip in skeleton.tips])
+    assert len(prune(skeleton, few, min_branch_ratio=3.0).tips) == 2

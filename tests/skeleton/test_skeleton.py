@@ -148,6 +148,7 @@ def test_counts_agree_with_networkx(skeleton):
         (([[0, 0, 0]] * 3, [], [1, 1, 1], [0, 3]), r"node_of_vertex of the skeleton name a node outside 0\.\.2"),
         (([[0, 0, 0]] * 3, [], [1, 1, 1], [-1]), r"node_of_vertex of the skeleton name a node outside 0\.\.2"),
         (([[0, 0], [1, 1], [2, 2]], [], [1, 1]), r"nodes of a skeleton must have shape \(k, 3\), not \(3, 2\)"),
+        (([[0, 0, 0], [0, np.inf, 0]], [], [1, 1]), "nodes 1 of the skeleton have NaN or infinite coordinates"),
         (([0, 0, 0], [], [1]), r"nodes of a skeleton must have shape \(k, 3\), not \(3,\)"),
         (([[0, 0, 0]] * 3, [[0, 1, 2]], [1, 1, 1]), r"edges of a skeleton must have shape \(k, 2\), not \(1, 3\)"),
         (([[0, 0, 0]] * 3, [[0, 0.5]], [1, 1, 1]), "edges of a skeleton must be whole numbers"),
