@@ -73,7 +73,7 @@ def principal_view(shape: Drawable) -> View:
     Raises
     ------
     MeshError
-        If coordinates are not finite, or so large that areas are infinite.
+        If coordinates are so large that areas are infinite.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         points, weights = _quadrature(shape)
@@ -85,7 +85,7 @@ def principal_view(shape: Drawable) -> View:
         X -= np.average(X, axis=0, weights=weights)
         moment = (X * (weights / weights.sum())[:, None]).T @ X
     if not np.isfinite(moment).all():
-        raise MeshError("a shape cannot be shown whose coordinates are not finite, or so large that areas are infinite")
+        raise MeshError("a shape cannot be shown whose coordinates are so large that areas are infinite")
     principal = np.linalg.eigh(moment + (np.trace(moment) or 1.0) * AXIS_BIAS)[1].T
     to_viewer = _oriented_along(principal[0], np.eye(3))
     up = _up_direction(to_viewer, X, moment, principal[1])
