@@ -164,7 +164,7 @@ def judge_pairs(
 def split_junctions_along_trunks(
     skeleton: Skeleton, centers: SectionCenters, surface: Surface
 ) -> tuple[Skeleton, SectionCenters]:
-    """Give limbs that leave a trunk at several places junctions of their own, unless one would have a smaller ball.
+    """Give limbs that leave a trunk at several places junctions of their own.
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ def split_junctions_along_trunks(
         junction, own = int(junctions[number]), lines.take(rows[begins[number] : begins[number + 1]])
         [ball] = surface.distance(nodes[[junction]]).tolist()
         trunk = find_trunk(own, ball, surface)
-        if trunk is None or len(trunk.places) == 1 or surface.distance(trunk.places).min() < MIN_BALL_RATIO * ball:
+        if trunk is None or len(trunk.places) == 1:
             continue
         chain = np.append(junction, n_nodes + np.arange(len(trunk.places) - 1))
         n_nodes += len(chain) - 1

@@ -10,7 +10,6 @@ from lbskel import Skeleton, ground_truth_distances, skeletonize
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.branch_lines import BranchLines, branch_lines
 from lbskel.refinement.centerlines import SectionCenters
-from lbskel.refinement.inscribed_balls import MIN_BALL_RATIO
 from lbskel.refinement.junctions import merge_junctions_by_axes
 from lbskel.refinement.trunks import find_trunk, judge_pairs, split_junctions_along_trunks
 from lbskel.shapes import Shape, make, mesh_solid, solid_of
@@ -189,15 +188,14 @@ def test_a_junction_whose_limbs_overlap_is_not_split(surface):
     assert split_junctions_along_trunks(*alone, surface)[0] is alone[0]
 
 
-@pytest.mark.parametrize("radius", [1.05, 1.2])
-def test_a_junction_is_not_split_where_it_would_go_to_a_much_smaller_ball(radius):
+def test_a_junction_in_a_swelling_is_split_to_where_the_limbs_leave():
     """The trunk is thicker at the junction than where its limbs leave."""
     ends = [[-1, 0, 3], [1, 0, -3]]
-    trunk = ([[-6, 0, 0], [-1, 0, 0], [0, 0, 0], [1, 0, 0], [6, 0, 0]], [THICK, THICK, radius, THICK, THICK])
+    trunk = ([[-6, 0, 0], [-1, 0, 0], [0, 0, 0], [1, 0, 0], [6, 0, 0]], [THICK, THICK, 1.2, THICK, THICK])
     surface = Surface(mesh_of_branches([trunk, *(([[end[0], 0, 0], end], THIN) for end in ends)]))
     skeleton, centers = junction_with((0, 1), surface)
-    is_whole = split_junctions_along_trunks(skeleton, centers, surface)[0] is skeleton
-    assert is_whole == (radius > 1 / MIN_BALL_RATIO)
+    split = split_junctions_along_trunks(skeleton, centers, surface)[0]
+    assert split.degrees[split.junctions].tolist() == [3, 3]
 
 
 def test_a_branch_without_a_line_stays_with_the_nearest_place(surface):
