@@ -1,8 +1,8 @@
 """Holes filled with the triangulation of minimum area of their boundary loop.
 
 Liepa 2003, "Filling holes in meshes", https://doi.org/10.2312/SGP/SGP03/200-206. A loop with too many edges for that
-(:mod:`lbskel.geometry.polygon_triangulation`), or without an admissible triangulation, is filled with a fan around its
-mean vertex.
+(:mod:`lbskel.geometry.polygon_triangulation`), or without an admissible triangulation, is filled with a fan around the
+mean of its vertices. So is a planar loop: its triangulations have the same area, and rounding would choose one.
 """
 
 from __future__ import annotations
@@ -20,6 +20,10 @@ from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.result import PreprocessResult, identity_result, preprocess_step
 from lbskel.preprocess.vertex_umbrellas import find_umbrellas
+
+# Excess of the area of a fan over the least that any triangulation may have, as a share of that, up to which the fan is
+# as small as any: what coordinates in single precision leave of a planar fan
+MAX_EXCESS = 1e-6
 
 
 @preprocess_step
@@ -64,15 +68,15 @@ def close_holes(mesh: Mesh, *, max_perimeter: float = 0.33) -> PreprocessResult:
         if np.linalg.norm(vector_area) > area_of[component]:  # any triangulation has at least as much
             n_open += 1
             continue
-        points, double_area = boundary, np.inf
-        if len(loop) <= MAX_POLYGON_EDGES:
+        points, triangles = _fan(boundary)
+        smallest = np.linalg.norm(vector_area)  # of any triangulation
+        is_planar = len(loop) > 3 and _double_area(points, triangles) <= (1 + MAX_EXCESS) * smallest
+        if not is_planar and len(loop) <= MAX_POLYGON_EDGES:
             forbidden = _existing_chords(loop, edge_keys, len(V))
-            (triangles,), (double_area,) = min_area_triangulation(boundary[None], forbidden[None])
-        if not np.isfinite(double_area):  # a fan around a new vertex, numbered after those of the loop
-            points, first = np.concatenate([boundary, [boundary.mean(axis=0)]]), np.arange(len(loop))
-            triangles = np.stack([first, np.roll(first, -1), np.full(len(loop), len(loop))], axis=1)
-        A, B, C = points[triangles].transpose(1, 0, 2)
-        if vector_lengths(triangle_normals(A, B, C)).sum() > area_of[component]:
+            (found,), (double_area,) = min_area_triangulation(boundary[None], forbidden[None])
+            if np.isfinite(double_area):
+                points, triangles = boundary, found
+        if _double_area(points, triangles) > area_of[component]:
             n_open += 1
             continue
         numbers = np.append(loop, len(V) + len(centers))
@@ -87,6 +91,18 @@ def close_holes(mesh: Mesh, *, max_perimeter: float = 0.33) -> PreprocessResult:
     note = f"{were(len(faces) - 1, 'hole')} closed with {counted(sum(map(len, faces[1:])), 'face')}{kept}"
     closed = Mesh(np.concatenate([V, *([centers] if centers else [])]), np.concatenate(faces), mesh.notes)
     return PreprocessResult(closed, VertexMap.identity(len(V)), (note,))
+
+
+def _fan(boundary: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """(k + 1, 3) corners and (k, 3) triangles of the fan of a polygon around the mean of its corners, which is last."""
+    first = np.arange(len(boundary))
+    triangles = np.stack([first, np.roll(first, -1), np.full(len(first), len(first))], axis=1)
+    return np.concatenate([boundary, [boundary.mean(axis=0)]]), triangles
+
+
+def _double_area(points: NDArray[np.float64], triangles: NDArray[np.int64]) -> float:
+    """Twice the area of triangles."""
+    return float(vector_lengths(triangle_normals(*points[triangles].transpose(1, 0, 2))).sum())
 
 
 def find_open_ends(mesh: Mesh) -> NDArray[np.float64]:

@@ -59,7 +59,7 @@ def test_sheets_are_told_and_a_flat_one_is_no_piece(rod):
     (note,) = prepared.notes
     assert note.startswith("sheets enclose no volume")
     assert note.endswith("leave them out: component 1, at (1.93333, 1, 0), component 2, at (3.94737, 1, -0.0563796)")
-    assert prepare(cylinder(1.0, 10.0, 32, 60)).notes == ("2 holes were closed with 60 faces",)
+    assert prepare(cylinder(1.0, 10.0, 32, 60)).notes == ("2 holes were closed with 64 faces",)
 
 
 def test_a_large_body_has_a_proxy_unless_it_is_not_wanted():

@@ -72,10 +72,22 @@ def test_two_bodies_that_touch_at_a_vertex_of_their_holes_are_closed_each_for_it
     assert len(close_holes(both).mesh.faces) == 2 * 320
 
 
-def test_a_boundary_loop_too_long_to_triangulate_is_filled_with_a_fan():
-    pipe = cylinder(0.3, 2.0, 320, 3)
-    result = close_holes(pipe, max_perimeter=1.0)
-    assert (result.mesh.genus, len(result.mesh.vertices)) == (0, len(pipe.vertices) + 2)
+@pytest.mark.parametrize(("n_around", "wave", "n_new"), [(24, 0.0, 2), (24, 0.1, 0), (320, 0.1, 2)])
+def test_loops_that_are_planar_or_too_long_to_triangulate_are_filled_with_fans(n_around, wave, n_new):
+    pipe = cylinder(0.3, 2.0, n_around, 8)
+    at_end = np.abs(pipe.vertices[:, 2] - pipe.vertices[:, 2].mean()) > 0.99
+    pipe = pipe.with_vertices(pipe.vertices + (wave * at_end * pipe.vertices[:, 0])[:, None] ** 2 * [0, 0, 100])
+    result = close_holes(pipe, max_perimeter=1.2)
+    assert (result.mesh.genus, len(result.mesh.vertices)) == (0, len(pipe.vertices) + n_new)
+
+
+def test_how_a_planar_hole_is_closed_does_not_depend_on_the_order_of_the_vertices():
+    pipe = cylinder(0.3, 2.0, 24, 8)
+    order = np.random.default_rng(0).permutation(len(pipe.vertices))
+    shuffled = Mesh(pipe.vertices[order], np.argsort(order)[pipe.faces])
+    caps = [close_holes(mesh, max_perimeter=1.0).mesh for mesh in (pipe, shuffled)]
+    centers = [np.unique(mesh.vertices[mesh.faces].mean(axis=1).round(9), axis=0) for mesh in caps]
+    assert centers[0] == pytest.approx(centers[1], abs=1e-8)
 
 
 def test_the_boundary_of_a_sheet_is_not_a_hole():
