@@ -64,8 +64,9 @@ class Body:
         For each vertex of ``mesh``, the vertex of the prepared mesh.
     proxy : PreprocessResult
         The mesh simplified to the number of faces that its thickness needs, or the mesh itself.
-    open_ends : (e, 4) array of float
-        Center and mean radius of each boundary loop before it was closed, where branches may end; in unit coordinates.
+    open_ends : (e, 7) array of float
+        Center, mean radius and vector area of each boundary loop before it was closed, where branches may end; in unit
+        coordinates.
     is_inner : bool
         Whether it lies inside another body.
 
@@ -81,7 +82,7 @@ class Body:
     mesh: Mesh
     vertices: NDArray[np.int64]
     proxy: PreprocessResult
-    open_ends: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 4)))
+    open_ends: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 7)))
     is_inner: bool = False
 
     @cached_property
@@ -214,10 +215,11 @@ def prepare(
     frame = UnitFrame(ordered.centroid * mirror, scale, mirror)
     in_place = ordered.with_vertices(ordered.vertices * mirror)
     bodies: list[Body] = []
-    cuts = np.array(preprocessed.report.get("open_ends", [])).reshape(-1, 7)
-    open_ends = np.column_stack([frame.to_unit(cuts[:, :3]), cuts[:, 3] / scale])
+    cuts = np.array(preprocessed.report.get("open_ends", [])).reshape(-1, 10)
+    areas = cuts[:, 4:7] / scale * mirror / scale
+    open_ends = np.column_stack([frame.to_unit(cuts[:, :3]), cuts[:, 3] / scale, areas])
     faults: list[str] = []
-    owner = _owners(frame.to_unit(cuts[:, 4:]), unit)
+    owner = _owners(frame.to_unit(cuts[:, 7:]), unit)
     is_crumb, expected, n_left_out = find_crumbs(unit), SIMPLIFY_RATIO * timer.seconds["preprocess"], 0
     for number, part in enumerate(components(unit)):
         if is_crumb[number]:

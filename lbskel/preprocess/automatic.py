@@ -121,7 +121,7 @@ def _preprocess_as_needed(mesh: Mesh, deadline: Deadline) -> PreprocessResult:
 
     The repair changes nothing but defects: bodies that touch are split only where all of them become closed manifolds.
     """
-    result, open_ends = clean(mesh), np.empty((0, 7))
+    result, open_ends = clean(mesh), np.empty((0, 10))
     if not result.mesh.is_closed_manifold:
         result = result.compose(merge_seams).compose(remove_duplicates).compose(_remove_dangling)
         result = result.compose(_remove_fragments).compose(fix_orientation).compose(_remove_open_debris)

@@ -106,7 +106,9 @@ def _double_area(points: NDArray[np.float64], triangles: NDArray[np.int64]) -> f
 
 
 def find_open_ends(mesh: Mesh) -> NDArray[np.float64]:
-    """(k, 7) center of each boundary loop (3), the centroid of its edges, its mean distance from that, a vertex (3).
+    """(k, 10) center of each boundary loop (3), its mean distance from that, its vector area (3), a vertex of it (3).
+
+    The center is the centroid of its edges. The vector area is that of any surface that fills the loop.
 
     Parameters
     ----------
@@ -119,8 +121,9 @@ def find_open_ends(mesh: Mesh) -> NDArray[np.float64]:
         lengths = vector_lengths(np.roll(P, -1, axis=0) - P)
         if lengths.sum() > 0:
             center = np.average((np.roll(P, -1, axis=0) + P) / 2, axis=0, weights=lengths)
-            ends.append([*center, vector_lengths(P - center).mean(), *P[0]])
-    return np.array(ends).reshape(-1, 7)
+            vector_area = triangle_normals(center, P, np.roll(P, -1, axis=0)).sum(axis=0) / 2
+            ends.append([*center, vector_lengths(P - center).mean(), *vector_area, *P[0]])
+    return np.array(ends).reshape(-1, 10)
 
 
 def boundary_loops(mesh: Mesh) -> list[NDArray[np.int64]]:

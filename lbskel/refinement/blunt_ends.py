@@ -49,7 +49,7 @@ def prune_blunt_ends(
     min_branch_ratio : float
         As for :func:`lbskel.skeletonize`. Below its default, the length from which a branch is kept shrinks in
         proportion.
-    open_ends : (e, 4) array of float
+    open_ends : (e, 7) array of float
         Center (3) and radius (1) of each cut. The branch with the nearest tip is kept: its limb goes on to the cut.
     """
     min_length = MIN_LENGTH * min(min_branch_ratio / MIN_BRANCH_RATIO, 1.0)

@@ -18,20 +18,19 @@ from lbskel.refinement.tips import extend_ends
 from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
-MAX_CUT_RATIO = 2.5  # upper bound on the ratio of the radii of a cut and of the limb that ends there; a guess
-# Upper bound on the angle between a branch and the way to the center of the cut at its end, in radians: however oblique
-# a cut across a tube is, its center is on the axis. "Tried and not kept" in benchmarks/results/refinement.md has pi / 2
-# and pi / 4
-MAX_TURN = np.pi / 3
+MAX_CUT_RATIO = 2.5  # upper bound on the radius of a cut over that of the limb that ends there; a guess
+# Lower bound on the area of a cut across the limb, as a share of the limb's section. It is 1 for a cut around a tube,
+# however oblique, and at most 0.28 for faces that are missing in the sides of coarse tubes, by hand; a guess between
+MIN_CUT_SHARE = 0.5
 
 
 def extend_to_open_ends(skeleton: Skeleton, surface: Surface, open_ends: NDArray[np.float64]) -> Skeleton:
     """Extend the tips in the open ends of tubes to the centers of the cuts; radii there are those of the tubes.
 
     That is, of the node before the cut, or of a narrower cut. A tip ends at a cut if it is the nearest tip, at most
-    ``TIP_REACH`` radii of the cut away, and about as thick, not counting what lies within a radius of the cut. The
-    last nodes within a radius of the cut's center are left out, so that the branch does not turn back to it. A cut to
-    which it would still turn by more than ``MAX_TURN`` is taken for a hole in its side, and changes nothing.
+    ``TIP_REACH`` radii of the cut away, and not much thinner than that, not counting what lies within a radius of the cut. The
+    last nodes within a radius of the cut's center are left out, so that the branch does not turn back to it. A cut that
+    does not go around most of the limb is taken for a hole in its side, and changes nothing.
 
     Parameters
     ----------
@@ -39,8 +38,8 @@ def extend_to_open_ends(skeleton: Skeleton, surface: Surface, open_ends: NDArray
         With inscribed radii, which near a cut are smaller than the limb's.
     surface : Surface
         The cuts may have been closed in its mesh.
-    open_ends : (e, 4) array of float
-        Center (3) and mean radius (1) of each cut, in the coordinates of the surface.
+    open_ends : (e, 7) array of float
+        Center (3), mean radius (1) and vector area (3) of each cut, in the coordinates of the surface.
     """
     tips = skeleton.tips
     if len(tips) == 0 or len(open_ends) == 0:
@@ -52,9 +51,10 @@ def extend_to_open_ends(skeleton: Skeleton, surface: Surface, open_ends: NDArray
     for end in open_ends[np.argsort(to_tip, kind="stable")]:  # of the ends that one tip could have, the nearest
         distances = vector_lengths(skeleton.nodes[tips] - end[:3])
         tip = int(tips[distances.argmin()])
-        width = widths[_before_cut(skeleton, ways[tip], end)[-1]]  # a tip in the sharp edge of an oblique cut is thin
-        is_as_thick = end[3] / MAX_CUT_RATIO <= width <= end[3] * MAX_CUT_RATIO
-        if 0 < distances.min() <= TIP_REACH * end[3] and is_as_thick and _is_ahead(skeleton, ways[tip], end):
+        # a tip in the sharp edge of an oblique cut is thin, and one far from its cut has the surface from it to there
+        width = widths[_before_cut(skeleton, ways[tip], end)[-2:]].min()
+        is_near = 0 < distances.min() <= TIP_REACH * end[3]
+        if is_near and end[3] <= MAX_CUT_RATIO * width and _is_around(skeleton, ways[tip], end, np.pi * width**2):
             starts.setdefault(tip, end)
     if not starts:
         return skeleton
@@ -81,8 +81,8 @@ def _before_cut(skeleton: Skeleton, way: NDArray[np.int64], cut: NDArray[np.floa
     return way[: n_inner + int(is_near.argmax())] if is_near.any() else way
 
 
-def _is_ahead(skeleton: Skeleton, way: NDArray[np.int64], cut: NDArray[np.float64]) -> bool:
-    """Whether a branch goes on to a cut without turning by more than MAX_TURN."""
-    inner, last = skeleton.nodes[_before_cut(skeleton, way, cut)[-2:][[0, -1]]]
-    before, after = last - inner, cut[:3] - last
-    return bool(after @ before >= np.cos(MAX_TURN) * np.linalg.norm(after) * np.linalg.norm(before))
+def _is_around(skeleton: Skeleton, way: NDArray[np.int64], cut: NDArray[np.float64], section: float) -> bool:
+    """Whether a cut goes around most of the section of the branch that ends there."""
+    before = skeleton.nodes[_before_cut(skeleton, way, cut)[-2:]]
+    along = before[-1] - before[0] if len(before) == 2 else cut[:3] - before[0]
+    return bool(abs(cut[4:] @ along) >= MIN_CUT_SHARE * section * np.linalg.norm(along))

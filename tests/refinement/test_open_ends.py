@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from helpers import nearest_rows, path_in
+from helpers import nearest_rows, path_in, without_faces
 
 from lbskel import Skeleton, skeletonize
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.open_ends import extend_to_open_ends
-from lbskel.shapes import capsule, cylinder
+from lbskel.shapes import capsule, cylinder, tube
 
 PIPE = capsule(8.0, 0.5, 32)  # closed, from -4.5 to 4.5 along z
 POINTS = np.linspace([0, 0, -3], [0, 0, 3], 13)
@@ -18,8 +18,14 @@ def path():
     return path_in(PIPE, POINTS, radius=0.5)
 
 
+def cuts(*ends, normal=(0, 0, 1)):
+    """Round cuts across z, or across a normal, each given by its center and radius."""
+    ends = np.array(ends, dtype=float)
+    return np.column_stack([ends, np.pi * ends[:, 3:] ** 2 * normal])
+
+
 def test_a_tip_is_extended_to_the_center_of_the_cut(path):
-    extended = extend_to_open_ends(path, Surface(PIPE), np.array([[0.1, 0.0, 4.0, 0.45]]))
+    extended = extend_to_open_ends(path, Surface(PIPE), cuts([0.1, 0.0, 4.0, 0.45]))
     added = extended.nodes[len(path.nodes) :]
     assert len(added) > 0
     assert np.array_equal(extended.nodes[: len(path.nodes)], path.nodes)
@@ -35,7 +41,7 @@ def test_a_tip_is_extended_to_the_center_of_the_cut(path):
 def test_a_branch_that_ends_beside_or_beyond_the_cut_does_not_turn_back(path, beyond):
     """The last node is up to 0.45 past the center of a cut of radius 0.5, and 0.2 beside it."""
     center = np.array([0.2, 0.0, 3.0 - beyond])
-    extended = extend_to_open_ends(path, Surface(PIPE), np.array([[*center, 0.5]]))
+    extended = extend_to_open_ends(path, Surface(PIPE), cuts([*center, 0.5]))
     [way] = (b if b[0] == 0 else b[::-1] for b in extended.branches)
     assert extended.nodes[way[-1]] == pytest.approx(center, abs=1e-12)
     steps = np.diff(extended.nodes[way], axis=0)
@@ -46,23 +52,40 @@ def test_a_branch_that_ends_beside_or_beyond_the_cut_does_not_turn_back(path, be
 
 
 @pytest.mark.parametrize(
-    "end",
+    ("end", "normal"),
     [
-        pytest.param([0, 0, 4.0, 5.0], id="a cut ten times as wide"),
-        pytest.param([0, 0, 4.0, 0.05], id="a hole in the wall"),
-        pytest.param([40.0, 0, 4.0, 0.5], id="a cut far away"),
-        pytest.param([0.6, 0, 2.6, 0.4], id="a window behind the tip"),
-        pytest.param([0.5, 0, 3.2, 0.4], id="a window beside the tip"),
+        pytest.param([0, 0, 4.0, 5.0], [0, 0, 1], id="a cut ten times as wide"),
+        pytest.param([0, 0, 4.0, 0.05], [0, 0, 1], id="a hole in the wall"),
+        pytest.param([40.0, 0, 4.0, 0.5], [0, 0, 1], id="a cut far away"),
+        pytest.param([0.6, 0, 2.6, 0.4], [1, 0, 0], id="a window behind the tip"),
+        pytest.param([0.5, 0, 3.2, 0.4], [1, 0, 0], id="a window beside the tip"),
     ],
 )
-def test_cuts_of_other_limbs_change_nothing(path, end):
-    assert extend_to_open_ends(path, Surface(PIPE), np.array([end])) is path
+def test_cuts_of_other_limbs_change_nothing(path, end, normal):
+    assert extend_to_open_ends(path, Surface(PIPE), cuts(end, normal=normal)) is path
+
+
+@pytest.mark.parametrize(("degrees", "is_end"), [(0, True), (55, True), (65, False), (90, False)])
+def test_a_hole_that_does_not_go_around_the_limb_changes_nothing(path, degrees, is_end):
+    """A hole as wide as the limb: its area across the limb is the cosine of its angle as a share of the section."""
+    turn = np.radians(degrees)
+    hole = cuts([0, 0, 4.0, 0.5], normal=(np.sin(turn), 0, np.cos(turn)))
+    assert (extend_to_open_ends(path, Surface(PIPE), hole) is not path) == is_end
+
+
+def test_a_face_missing_near_the_end_of_a_coarse_tube_does_not_move_its_tip():
+    coarse = tube(np.arange(0, 31, 1.5)[:, None] * [0, 0, 1], 1.0, sides=5)
+    corners = coarse.vertices[coarse.faces][:, :, 2]
+    at_side = np.flatnonzero((np.ptp(corners, axis=1) > 1) & (corners.max(axis=1) < 7))
+    tip = skeletonize(coarse).nodes[:, 2].min()
+    ends = [skeletonize(without_faces(coarse, [face])).nodes[:, 2].min() for face in at_side]
+    assert ends == pytest.approx([tip] * len(at_side), abs=0.5)
 
 
 def test_both_ends_of_a_short_branch_keep_their_cuts():
     pill = capsule(0.4, 0.5, 16)
     path = path_in(pill, np.array([[0, 0, -0.1], [0, 0, 0.1]]), radius=0.5)
-    extended = extend_to_open_ends(path, Surface(pill), np.array([[0, 0, -0.3, 0.5], [0, 0, 0.3, 0.5]]))
+    extended = extend_to_open_ends(path, Surface(pill), cuts([0, 0, -0.3, 0.5], [0, 0, 0.3, 0.5]))
     [branch] = extended.branches
     assert np.abs(np.diff(extended.nodes[branch][:, 2], axis=0)) == pytest.approx([0.2, 0.2, 0.2])
     assert abs(extended.nodes[branch[-1], 2] - extended.nodes[branch[0], 2]) == pytest.approx(0.6)
@@ -70,19 +93,19 @@ def test_both_ends_of_a_short_branch_keep_their_cuts():
 
 def test_a_branch_of_two_nodes_goes_back_from_beside_its_cut():
     """Its tip and its junction are within a radius of the cut's center, which lies sideways."""
-    pill = capsule(2.0, 0.5, 16)
+    pill = capsule(0.6, 0.5, 16)
     nodes = np.array([[0.0, 0, 0], [0, 0, -0.7], [-0.3, 0, -0.5], [0.3, 0, 0.1]])
     skeleton = Skeleton(nodes, [[0, 1], [0, 2], [0, 3]], np.full(4, 0.5), nearest_rows(pill.vertices, nodes))
     cut = np.array([0.1, 0, 0.4])
-    extended = extend_to_open_ends(skeleton, Surface(pill), np.array([[*cut, 0.5]]))
+    extended = extend_to_open_ends(skeleton, Surface(pill), cuts([*cut, 0.5]))
     assert np.linalg.norm(extended.nodes[extended.tips] - cut, axis=1).min() == pytest.approx(0, abs=1e-12)
     assert not (extended.nodes == nodes[3]).all(axis=1).any()
 
 
 def test_without_cuts_or_tips_nothing_changes(path, ring):
-    assert extend_to_open_ends(path, Surface(PIPE), np.empty((0, 4))) is path
+    assert extend_to_open_ends(path, Surface(PIPE), np.empty((0, 7))) is path
     loop = skeletonize(ring)
-    assert extend_to_open_ends(loop, Surface(ring), np.array([[1.0, 0, 0, 0.25]])) is loop
+    assert extend_to_open_ends(loop, Surface(ring), cuts([1.0, 0, 0, 0.25])) is loop
 
 
 @pytest.mark.parametrize("n", [12, 24])
