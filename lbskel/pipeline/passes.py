@@ -128,10 +128,10 @@ def refine(
     skeleton = replace(skeleton, node_of_vertex=body.proxy.vertex_map.pull_back(skeleton.node_of_vertex))
     prune_blunt = partial(prune_blunt_ends, min_branch_ratio=min_branch_ratio, open_ends=body.open_ends)
     passes: list[tuple[str, Pass]] = [
-        ("grow limbs", _with_limbs_without_tip),
+        ("grow limbs", partial(_with_limbs_without_tip, open_ends=body.open_ends)),
         ("recenter", recenter),
         ("extend tips", extend_tips),
-        ("grow limbs", grow_limbs),
+        ("grow limbs", partial(grow_limbs, open_ends=body.open_ends)),
         ("prune blunt ends", prune_blunt),
         ("mirror", make_mirror_symmetric),
         ("reroute inside", _rerouted_inside),
@@ -195,9 +195,9 @@ def _with_merged_junctions(skeleton: Skeleton, surface: Surface) -> Skeleton:
     return fit_to_centerlines(skeleton, centers, surface)
 
 
-def _with_limbs_without_tip(skeleton: Skeleton, surface: Surface) -> Skeleton:
+def _with_limbs_without_tip(skeleton: Skeleton, surface: Surface, *, open_ends: NDArray[np.float64]) -> Skeleton:
     """Grow limbs that have no tip, so that they are centered as the others are, and twigs on them are found later."""
-    grown = grow_limbs_without_tip(skeleton, surface)
+    grown = grow_limbs_without_tip(skeleton, surface, open_ends=open_ends)
     return grown if grown is skeleton else _evenly_spaced(grown, surface)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["extend_to_open_ends"]
+__all__ = ["extend_to_open_ends", "tips_at_open_ends"]
 
 from dataclasses import replace
 
@@ -24,51 +24,72 @@ MAX_CUT_RATIO = 2.5  # upper bound on the radius of a cut over that of the limb 
 MIN_CUT_SHARE = 0.5
 
 
-def extend_to_open_ends(skeleton: Skeleton, surface: Surface, open_ends: NDArray[np.float64]) -> Skeleton:
-    """Extend the tips in the open ends of tubes to the centers of the cuts; radii there are those of the tubes.
+def tips_at_open_ends(
+    skeleton: Skeleton, surface: Surface, open_ends: NDArray[np.float64]
+) -> dict[int, NDArray[np.float64]]:
+    """Find the tips that are in the open ends of tubes, and the cut of each.
 
-    That is, of the node before the cut, or of a narrower cut. A tip ends at a cut if it is the nearest tip, at most
-    ``TIP_REACH`` radii of the cut away, and not much thinner than that, not counting what lies within a radius of the cut. The
-    last nodes within a radius of the cut's center are left out, so that the branch does not turn back to it. A cut that
-    does not go around most of the limb is taken for a hole in its side, and changes nothing.
+    A tip ends at a cut if it is the nearest tip, at most ``TIP_REACH`` radii of the cut away, and not much thinner than
+    that, not counting what lies within a radius of the cut. A cut that does not go around most of the limb is taken for
+    a hole in its side.
 
     Parameters
     ----------
     skeleton : Skeleton
-        With inscribed radii, which near a cut are smaller than the limb's.
     surface : Surface
         The cuts may have been closed in its mesh.
     open_ends : (e, 7) array of float
         Center (3), mean radius (1) and vector area (3) of each cut, in the coordinates of the surface.
     """
-    tips = skeleton.tips
+    tips, cuts = skeleton.tips, dict[int, NDArray[np.float64]]()
     if len(tips) == 0 or len(open_ends) == 0:
-        return skeleton
-    widths = mean_radii(skeleton, surface.mesh).radii
-    ways = {int(way[-1]): way for branch in skeleton.branches for way in (branch, branch[::-1])}
-    starts: dict[int, NDArray[np.float64]] = {}
+        return cuts
+    widths, ways = mean_radii(skeleton, surface.mesh).radii, _ways_to_tips(skeleton)
     to_tip = cKDTree(skeleton.nodes[tips]).query(open_ends[:, :3])[0]
     for end in open_ends[np.argsort(to_tip, kind="stable")]:  # of the ends that one tip could have, the nearest
         distances = vector_lengths(skeleton.nodes[tips] - end[:3])
         tip = int(tips[distances.argmin()])
         # a tip in the sharp edge of an oblique cut is thin, and one far from its cut has the surface from it to there
         width = widths[_before_cut(skeleton, ways[tip], end)[-2:]].min()
-        is_near = 0 < distances.min() <= TIP_REACH * end[3]
+        is_near = distances.min() <= TIP_REACH * end[3]
         if is_near and end[3] <= MAX_CUT_RATIO * width and _is_around(skeleton, ways[tip], end, np.pi * width**2):
-            starts.setdefault(tip, end)
-    if not starts:
+            cuts.setdefault(tip, end)
+    return cuts
+
+
+def extend_to_open_ends(skeleton: Skeleton, surface: Surface, open_ends: NDArray[np.float64]) -> Skeleton:
+    """Extend the tips in the open ends of tubes to the centers of the cuts; radii there are those of the tubes.
+
+    That is, of the node before the cut, or of a narrower cut. The last nodes within a radius of the cut's center are
+    left out, so that the branch does not turn back to it.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With inscribed radii, which near a cut are smaller than the limb's.
+    surface, open_ends
+        As for :func:`tips_at_open_ends`.
+    """
+    cuts = tips_at_open_ends(skeleton, surface, open_ends)
+    cuts = {tip: cut for tip, cut in cuts.items() if (skeleton.nodes[tip] != cut[:3]).any()}
+    if not cuts:
         return skeleton
-    target = np.arange(len(skeleton.nodes))
-    for tip, end in starts.items():
-        before = _before_cut(skeleton, ways[tip], end)
+    target, ways = np.arange(len(skeleton.nodes)), _ways_to_tips(skeleton)
+    for tip, cut in cuts.items():
+        before = _before_cut(skeleton, ways[tip], cut)
         target[ways[tip][len(before) :]] = before[-1]
-    last = np.searchsorted(np.unique(target), target[list(starts)])
+    last = np.searchsorted(np.unique(target), target[list(cuts)])
     skeleton = contract_nodes(skeleton, target)
     n_nodes = len(skeleton.nodes)
-    extended = extend_ends(skeleton, surface, last, [[end[:3]] for end in starts.values()])
+    extended = extend_ends(skeleton, surface, last, [[cut[:3]] for cut in cuts.values()])
     radii = np.array(extended.radii)
-    radii[n_nodes:] = np.minimum([end[3] for end in starts.values()], radii[last])
+    radii[n_nodes:] = np.minimum([cut[3] for cut in cuts.values()], radii[last])
     return replace(extended, radii=radii)
+
+
+def _ways_to_tips(skeleton: Skeleton) -> dict[int, NDArray[np.int64]]:
+    """Nodes of the branch to each tip, which comes last."""
+    return {int(way[-1]): way for branch in skeleton.branches for way in (branch, branch[::-1])}
 
 
 def _before_cut(skeleton: Skeleton, way: NDArray[np.int64], cut: NDArray[np.float64]) -> NDArray[np.int64]:

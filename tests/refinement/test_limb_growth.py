@@ -3,7 +3,7 @@
 import igl
 import numpy as np
 import pytest
-from helpers import box_mesh, mesh_of_branches, nearest_rows, path_in, reversed_proxy
+from helpers import box_mesh, mesh_of_branches, nearest_rows, path_in, reversed_proxy, without_faces
 
 from lbskel import Mesh, Skeleton, skeletonize
 from lbskel.geometry.surface_queries import Surface
@@ -258,3 +258,23 @@ def test_the_corners_of_a_thin_plate_of_few_faces_are_no_limbs(sides, n_faces):
         plate = Mesh(*igl.upsample(plate.vertices, plate.faces))
     skeleton = skeletonize(plate)
     assert (len(skeleton.tips), len(skeleton.junctions)) == (2, 0)
+
+
+@pytest.mark.parametrize(
+    ("axis", "step"),
+    [
+        ((0.4378, 0.4218, -0.794), 0.25),
+        ((1, 2, 3), 0.25),
+        ((-0.7332, 0.6717, 0.1065), 0.15),
+        ((-0.64, -0.13, 0.76), 0.2),
+        ((0.68, 0.73, 0.07), 0.3),
+    ],
+)
+def test_the_teeth_of_a_jagged_cut_are_no_limbs(axis, step):
+    """Whole faces beyond two planes are left out of a tube, as a vessel is cropped."""
+    axis = np.array(axis) / np.linalg.norm(axis)
+    whole = mesh_of_branches([([[0, 0, 0], 12 * axis], 1.0)], step=step)
+    along = whole.vertices[whole.faces].mean(axis=1) @ axis
+    skeleton = skeletonize(without_faces(whole, np.flatnonzero((along < 2) | (along > 10))))
+    assert (len(skeleton.tips), skeleton.report["score"]["verdict"]) == (2, "pass")
+    assert np.sort(skeleton.nodes[skeleton.tips] @ axis) == pytest.approx([2, 10], abs=step)
