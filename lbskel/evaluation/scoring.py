@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
+from scipy.spatial import cKDTree
 
 from lbskel.contraction.cycle_classes import tunnels_missed
 from lbskel.errors import MeshError, counted
@@ -44,10 +45,13 @@ OPEN_TOLERANCE = 0.5  # in mean radii: as far outside a surface that is not clos
 # that is missing there has no exact place; a guess
 NEAR_SURFACE_RATIO = 0.2  # distance to the surface over the local radius, or over the mean distance to own vertices if
 # that is less, below which a node is near the surface; a guess below 0.3, which nodes on the axis of a flat limb have
+NO_CUTS = np.empty((0, 7))
 SURFACE_TOLERANCE = 1e-6  # in diameter bounds: a node this near is on the surface; rays put tips within 1e-8 of it
 
 
-def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -> Score:
+def score_on(
+    skeleton: Skeleton, surface: Surface, *, open_ends: NDArray[np.float64] = NO_CUTS, n_loops_opened: int = 0
+) -> Score:
     """Measure a skeleton on the surface of a mesh at unit size.
 
     Parameters
@@ -57,6 +61,9 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
         measures of the map are None.
     surface : Surface
         Of a mesh with a diameter bound of 1, with its centroid at the origin.
+    open_ends : (e, 7) array of float
+        Center (3) and mean radius (1) of each cut. Within that radius of the center, what closes the cut is no surface:
+        a node counts as inside, and as far from the surface.
     n_loops_opened : int
         Cycles that were opened on purpose, and count as if they were there.
 
@@ -90,7 +97,9 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
         skeleton, surface.proxy.mesh, region_widths[own], own_thickness[own], deadline=surface.deadline
     )
     is_limb = extrema.lengths > MIN_LIMB_LENGTH * extrema.radii
+    cuts = _radii_of_cuts(skeleton.nodes, open_ends)
     tolerance = np.maximum(SURFACE_TOLERANCE, 0.0 if unit.is_closed_manifold else OPEN_TOLERANCE * widths)
+    tolerance = np.maximum(tolerance, cuts)
     return Score(
         nodes_inside_fraction=float((surface.contains(skeleton.nodes) | (skeleton.radii <= tolerance)).mean()),
         inside_fraction=inside_fraction(skeleton, surface, tolerance),
@@ -99,7 +108,9 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
         medial_accuracy_95=medial.accuracy_95,
         medial_coverage_98=medial.coverage_98,
         uncovered_parts=medial.uncovered_parts,
-        near_surface_fraction=negative_fraction(skeleton, skeleton.radii - NEAR_SURFACE_RATIO * expected),
+        near_surface_fraction=negative_fraction(
+            skeleton, np.maximum(skeleton.radii, cuts) - NEAR_SURFACE_RATIO * expected
+        ),
         coverage=float(areas[distances <= MAX_COVERED_DISTANCE * reach].sum() / areas.sum()),
         extremities=len(missed),
         extremities_missed=int(missed.sum()),
@@ -170,6 +181,14 @@ def require_scorable(skeleton: Skeleton, n_vertices: int) -> None:
             f"the skeleton's map is for {counted(n_mapped, 'vertex')}, but the mesh has {n_vertices:,}: give the "
             "mesh that it was made from, or a skeleton without a map"
         )
+
+
+def _radii_of_cuts(nodes: NDArray[np.float64], open_ends: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(k,) radius of the cut that each node is in, within that radius of its center; 0 for none."""
+    radii, within = np.zeros(len(nodes)), cKDTree(nodes).query_ball_point(open_ends[:, :3], open_ends[:, 3])
+    for radius, rows in zip(open_ends[:, 3].tolist(), within, strict=True):
+        radii[rows] = np.maximum(radii[rows], radius)
+    return radii
 
 
 def _section_errors(skeleton: Skeleton, widths: NDArray[np.float64], surface: Surface) -> NDArray[np.float64]:

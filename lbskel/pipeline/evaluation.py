@@ -86,7 +86,9 @@ def score_prepared(skeleton: Skeleton, prepared: PreparedMesh, *, deadline: Dead
         is_joining = _joins_bodies(unit, prepared)
     unit = replace(unit, edges=unit.edges[~is_joining])
     deadline.check()
-    return score_on(unit, replace(prepared.surface, deadline=deadline), n_loops_opened=n_opened)
+    open_ends = np.concatenate([body.open_ends for body in prepared.bodies])
+    surface = replace(prepared.surface, deadline=deadline)
+    return score_on(unit, surface, open_ends=open_ends, n_loops_opened=n_opened)
 
 
 def score_cloud(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.int64] | None = None) -> Score:

@@ -6,6 +6,7 @@ import pytest
 import lbskel
 from lbskel import MeshError, Skeleton
 from lbskel.pipeline.evaluation import score
+from lbskel.shapes import cylinder
 
 
 def test_the_score_is_that_of_the_report_on_a_prepared_mesh_too(ring):
@@ -55,3 +56,21 @@ def test_a_cycle_lost_in_one_body_is_not_made_up_for_in_another(ring):
 def test_the_arguments_in_the_wrong_order_are_named(ring):
     with pytest.raises(MeshError, match="a score needs a Skeleton and its mesh, in this order"):
         score(ring, lbskel.skeletonize(ring))
+
+
+@pytest.mark.parametrize("length", [5.0, 8.0, 12.0])
+def test_tips_in_the_centers_of_cuts_are_no_fault(length):
+    """The cuts of the shorter tubes stay open, as they are wide beside the tube."""
+    tube = cylinder(1.0, length, 24, int(5 * length))
+    skeleton = lbskel.skeletonize(tube)
+    assert np.sort(skeleton.nodes[skeleton.tips, 2]) == pytest.approx([-length / 2, length / 2], abs=1e-9)
+    found = score(skeleton, tube)
+    assert (found.nodes_inside_fraction, found.inside_fraction, found.near_surface_fraction) == (1, 1, 0)
+
+
+def test_a_branch_that_goes_on_beyond_a_cut_is_outside():
+    tube = cylinder(1.0, 12.0, 24, 60)
+    path = np.linspace([0, 0, -6], [0, 0, 9.6], 17)  # the 14th node is 0.675 radii beyond the cut
+    skeleton = Skeleton(path, np.stack([np.arange(16), np.arange(1, 17)], axis=1), np.ones(17))
+    assert score(skeleton, tube).nodes_inside_fraction == pytest.approx(14 / 17)
+    assert score(skeleton, tube).inside_fraction == pytest.approx(13 / 16, abs=0.02)
