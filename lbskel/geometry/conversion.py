@@ -14,6 +14,12 @@ from numpy.typing import NDArray
 
 from lbskel.errors import MeshError, first_few
 
+# Corners of faces, by the names of meshio and the numbers of VTK
+N_CORNERS: dict[Any, int] = {
+    **dict.fromkeys(("triangle", "triangle6", "triangle7", 5), 3),
+    **dict.fromkeys(("quad", "quad8", "quad9", 9), 4),
+}
+
 
 def arrays_of(data: Any) -> tuple[Any, Any]:
     """Extract vertices and faces, unchecked, from a pair or from a trimesh, pyvista or meshio mesh.
@@ -31,16 +37,26 @@ def arrays_of(data: Any) -> tuple[Any, Any]:
         return data[0], data[1]
     if hasattr(data, "vertices") and hasattr(data, "faces"):  # trimesh, PyGEL, skeletor
         return data.vertices, data.faces
-    if hasattr(data, "points") and hasattr(data, "cells_dict"):  # meshio
-        blocks = [data.cells_dict[kind] for kind in ("triangle", "quad") if kind in data.cells_dict]
+    if hasattr(data, "points") and hasattr(data, "cells_dict"):  # meshio, or an unstructured grid of pyvista
+        blocks = [_corners(kind, cells) for kind, cells in data.cells_dict.items() if _is_flat(kind)]
         return data.points, [row for block in blocks for row in block] if len(blocks) > 1 else (blocks or [[]])[0]
     if hasattr(data, "points") and hasattr(data, "faces"):  # pyvista
-        faces = np.asarray(data.faces)
+        faces = np.asarray((data.triangulate() if getattr(data, "n_strips", 0) else data).faces)
         return data.points, _rows_of_flat(faces) if faces.ndim == 1 else faces
     raise MeshError(
         f"cannot take a mesh from {type(data).__name__}; "
         "give (vertices, faces), a path, or an object with .vertices and .faces"
     )
+
+
+def _is_flat(kind: Any) -> bool:
+    """Whether a kind of cells is a face, by its name in meshio or its number in VTK."""
+    return kind in N_CORNERS or str(kind).startswith("polygon")
+
+
+def _corners(kind: Any, cells: Any) -> Any:
+    """Take the corners of faces, without the nodes on their sides and in their middles."""
+    return cells[:, : N_CORNERS[kind]] if kind in N_CORNERS else cells
 
 
 def _rows_of_flat(flat: NDArray[Any]) -> list[NDArray[Any]]:

@@ -114,7 +114,8 @@ def as_shape(data: Any) -> Mesh | PointCloud:
             return mesh_from_polygons(polygons) if has_faces else PointCloud(polygons.points)
     if isinstance(data, np.ndarray) and data.ndim == 2 and data.shape[1] == 3:
         return PointCloud(data)
-    if not any(hasattr(data, name) for name in ("faces", "cells_dict")):
+    has_points_alone = getattr(data, "n_verts", None) == getattr(data, "n_cells", 0)  # of pyvista, with an empty list
+    if has_points_alone or not any(hasattr(data, name) for name in ("faces", "cells_dict")):
         for name in ("points", "vertices"):
             if hasattr(data, name):
                 return PointCloud(np.asarray(getattr(data, name)))

@@ -238,7 +238,7 @@ def test_a_meshio_mesh_is_converted():
     note = ("1 polygon was cut into triangles",)
     same(SimpleNamespace(points=points, cells_dict={"quad": quad}), notes=note)
     both = SimpleNamespace(points=points, cells_dict={"quad": quad, "triangle": triangle})
-    same(both, faces=[[0, 1, 2], *HALVES], notes=note)
+    same(both, faces=[*HALVES, [0, 1, 2]], notes=note)
     with pytest.raises(MeshError, match="it has no faces"):
         as_mesh(SimpleNamespace(points=points, cells_dict={"tetra": quad}))
 

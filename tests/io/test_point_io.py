@@ -62,3 +62,10 @@ def test_the_extensions_of_point_clouds(tmp_path):
 def test_an_stl_without_faces_is_a_broken_mesh_and_no_cloud(read):
     with pytest.raises((FormatError, MeshError)):
         read("a.stl", "solid a\nendsolid a\n", as_shape)
+
+
+def test_a_cloud_of_pyvista_is_a_cloud():
+    pyvista = pytest.importorskip("pyvista", reason="pip install pyvista")
+    for given in (pyvista.PolyData(np.array(POINTS, dtype=float)), PointCloud(POINTS).to_pyvista()):
+        np.testing.assert_array_equal(as_shape(given).points, POINTS)
+    assert isinstance(as_shape(pyvista.Sphere()), Mesh)
