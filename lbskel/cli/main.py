@@ -14,14 +14,13 @@ import io
 import os
 import re
 import sys
-import traceback
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
 import lbskel
 from lbskel.cli import COMMANDS
-from lbskel.cli.terminal import progress, with_options
-from lbskel.errors import LbskelError, MeshError, MissingDependency, nearest
+from lbskel.cli.terminal import message_of, progress, with_options
+from lbskel.errors import MeshError, MissingDependency, nearest
 from lbskel.geometry.signals import ended_after_tidying_up, ended_at_once
 from lbskel.pipeline.environment import SLOW, are_kernels_compiled
 
@@ -119,19 +118,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return code
     except BrokenPipeError:
         return _without_a_reader()
-    except (LbskelError, OSError) as error:  # OSError: a name that the system refuses
-        mesh = getattr(parsed, "mesh", None)
-        is_unnamed = isinstance(error, MeshError) and isinstance(mesh, str) and mesh not in str(error)
-        return _failed(with_options(f"{mesh}: {error}" if is_unnamed else str(error), parsed))
     except KeyboardInterrupt:
         print("lbskel: interrupted; no partial file is left", file=sys.stderr)
         return 130
-    except MemoryError:
-        return _failed("out of memory; simplify the mesh first")
     except Exception as error:
-        place = traceback.extract_tb(error.__traceback__)[-1]
-        where = f"{os.path.basename(place.filename)} line {place.lineno}"
-        return _failed(f"internal error in {where}, please report it: {type(error).__name__}: {error}")
+        mesh = getattr(parsed, "mesh", None)
+        is_unnamed = isinstance(error, MeshError) and isinstance(mesh, str) and mesh not in str(error)
+        return _failed(with_options(f"{mesh}: {error}" if is_unnamed else message_of(error), parsed))
 
 
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:

@@ -26,8 +26,8 @@ from lbskel.cli.options import (
     refuse_unwritable,
     skeleton_options,
 )
-from lbskel.cli.terminal import tell, with_options
-from lbskel.errors import FormatError, LbskelError, counted, were
+from lbskel.cli.terminal import message_of, tell, with_options
+from lbskel.errors import FormatError, counted, were
 from lbskel.io import FORMATS, MESH_READERS, POINT_READERS, as_shape, write_safely, write_skeleton
 from lbskel.io.csv import edges_path
 from lbskel.io.skeleton_io import require_writable
@@ -103,9 +103,12 @@ def run(arguments: argparse.Namespace) -> int:
     for job in jobs:
         try:
             codes.append(_run(job, arguments))
-        except LbskelError as error:
+        except BrokenPipeError:
+            raise
+        except Exception as error:
             where = "" if str(job.mesh) in str(error) else f"{job.mesh}: "
-            print(f"lbskel: {where}{' '.join(with_options(str(error), arguments).splitlines())}", file=sys.stderr)
+            message = with_options(message_of(error), arguments)
+            print(f"lbskel: {where}{' '.join(message.splitlines())}", file=sys.stderr)
             codes.append(2)
     return max(codes)
 

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-__all__ = ["progress", "tell", "with_options"]
+__all__ = ["message_of", "progress", "tell", "with_options"]
 
 import argparse
 import json
+import os
 import re
 import sys
+import traceback
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext, redirect_stdout
 from typing import Any, TextIO
 
+from lbskel.errors import LbskelError
 from lbskel.geometry.arrays import to_builtin
 from lbskel.pipeline.progress import StageBar
 
@@ -35,6 +38,17 @@ def with_options(message: str, arguments: argparse.Namespace) -> str:
         message = re.sub(rf"\b{name}='([^']*)'", rf"{option} \1", message)
         message = re.sub(rf"(?<![\w./-]){name}(?![\w/-]|\.\w)", option, message) if "_" in name else message
     return message
+
+
+def message_of(error: Exception) -> str:
+    """Say what went wrong; an error that lbskel does not raise on purpose is named with its place."""
+    if isinstance(error, LbskelError | OSError):  # OSError: a name that the system refuses
+        return str(error)
+    if isinstance(error, MemoryError):
+        return "out of memory; simplify the mesh first"
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    where = f"{os.path.basename(place.filename)} line {place.lineno}"
+    return f"internal error in {where}, please report it: {type(error).__name__}: {error}"
 
 
 @contextmanager

@@ -54,6 +54,23 @@ def test_one_bad_input_does_not_stop_the_others(here, folder):
     assert file_names(folder) == sorted([*GIVEN, "bad.off", "rod.swc"])
 
 
+@pytest.mark.parametrize("error", [MemoryError(), RuntimeError("a bug"), OSError(28, "No space left on device")])
+def test_an_error_that_is_not_of_lbskel_does_not_stop_the_others(error, here, folder, monkeypatch):
+    results = iter([error, lbskel.skeletonize(folder / "rod.off")])
+
+    def next_result(*_, **__):
+        if isinstance(result := next(results), Exception):
+            raise result
+        return result
+
+    monkeypatch.setattr("lbskel.cli.skeletonize.skeletonize", next_result)
+    (folder / "first.off").write_bytes((folder / "rod.off").read_bytes())
+    code, out, err = here("skeletonize", "first.off", "rod.off", "-o", ".", "--quiet")
+    assert (code, out, len(err)) == (2, [], 1)
+    assert err[0].startswith("lbskel: first.off: ")
+    assert file_names(folder) == sorted([*GIVEN, "first.off", "rod.swc"])
+
+
 def test_a_result_that_fails_its_score_exits_with_one(folder, python):
     options = ("skeletonize", "rod.off", "-o", "rod.json", "--time-limit", "1e-9")
     result = python("-m", "lbskel", *options, cwd=folder)
