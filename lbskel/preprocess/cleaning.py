@@ -100,13 +100,16 @@ def _originals(mesh: Mesh) -> NDArray[np.int64]:
     np.maximum.at(last, label, lowest[face])
     is_copy = (first == last) & (first < np.arange(len(n_faces)))
     component = mesh.component_of_vertex[used]
-    for number in np.unique(first[is_copy]).tolist():
-        own = used[component == number]
-        if len(distinct(place[own])) == len(own):  # else it touches itself, and which vertex is meant is not known
-            copies = used[is_copy[component] & (first[component] == number)]
-            vertex_at = np.zeros(len(mesh.vertices), dtype=np.int64)
-            vertex_at[place[own]] = own
-            original[copies] = vertex_at[place[copies]]
+    is_original = np.bincount(first[is_copy], minlength=len(n_faces)) > 0
+    own, copies = used[is_original[component]], used[is_copy[component]]
+    # where a component touches itself, which vertex is meant is not known
+    keys, at, counts = np.unique(
+        mesh.component_of_vertex[own] * len(mesh.vertices) + place[own], return_index=True, return_counts=True
+    )
+    touches = np.bincount(mesh.component_of_vertex[own[at]], counts > 1, len(n_faces)) > 0
+    of_copy = first[mesh.component_of_vertex[copies]]
+    copies, of_copy = copies[~touches[of_copy]], of_copy[~touches[of_copy]]
+    original[copies] = own[at[np.searchsorted(keys, of_copy * len(mesh.vertices) + place[copies])]]
     return original
 
 

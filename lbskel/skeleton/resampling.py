@@ -34,7 +34,7 @@ Mask: TypeAlias = NDArray[np.bool_]
 MAX_SPACING = 10.0
 # Upper bound on the new pieces per present edge in `space_evenly`, for flat parts whose radii are near zero; a guess
 MAX_REFINEMENT = 3
-MAX_NODES = 10_000_000  # above which a spacing is refused before it takes all memory; a guess
+MAX_NODES = 10_000_000  # above which a number or a spacing is refused before it takes all memory; a guess
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,13 +129,13 @@ def space_evenly(skeleton: Skeleton, spacing: float, stays: Callable[[Polylines,
 
 
 def require_number_of_nodes(n_nodes: Any) -> int:
-    """Return a number of nodes; raise UnknownChoice if it is not a whole number above 0, as no skeleton has it."""
+    """Return a number of nodes; raise UnknownChoice if it is not a whole number from 1 to MAX_NODES."""
     try:
         n_asked = operator.index(n_nodes)
     except TypeError:
         n_asked = 0
-    if n_asked < 1:
-        raise UnknownChoice(f"n_nodes must be a whole number, 1 or more, not {n_nodes!r}")
+    if not 1 <= n_asked <= MAX_NODES:
+        raise UnknownChoice(f"n_nodes must be a whole number from 1 to {MAX_NODES:,}, not {n_nodes!r}")
     return n_asked
 
 

@@ -725,8 +725,9 @@ def test_a_wrong_anchor_is_refused(shape):
         ({"root": 10**9}, r"there is no (vertex|point) 1000000000"),
         ({"root": [1, [2]]}, "the root must be the index of a vertex or a point of three numbers"),
         ({"root": [1e9, 0, 0]}, "the root .* lies outside"),
-        ({"n_nodes": 2.5}, r"n_nodes must be a whole number, 1 or more, not 2\.5"),
-        ({"n_nodes": 0}, "n_nodes must be a whole number, 1 or more, not 0"),
+        ({"n_nodes": 2.5}, r"n_nodes must be a whole number from 1 to 10,000,000, not 2\.5"),
+        ({"n_nodes": 0}, "n_nodes must be a whole number from 1 to 10,000,000, not 0"),
+        ({"n_nodes": 10_000_001}, "n_nodes must be a whole number from 1 to 10,000,000, not 10000001"),
     ],
 )
 def test_a_wrong_root_or_number_is_refused_before_the_contraction(monkeypatch, shape, wrong, message, as_cloud):

@@ -222,3 +222,13 @@ def test_a_closed_manifold_that_touches_itself_is_not_merged(tetrahedron):
     assert merge_close(mesh).mesh is mesh
     opened = without_faces(mesh, [0])
     assert len(merge_close(opened).mesh.vertices) == 7
+
+
+def test_copies_of_a_surface_that_touches_itself_stay_apart(ring):
+    """Two opposite vertices of a ring at one place: which of them a vertex of the copy stands for is not known."""
+    vertices = np.array(ring.vertices)
+    vertices[len(vertices) // 2] = vertices[0]
+    pinched = ring.with_vertices(vertices)
+    result = merge_close(joined(pinched, pinched, moved(pinched, 9.0)))
+    assert len(result.mesh.vertices) == 3 * len(vertices)
+    assert len(merge_close(joined(ring, ring, pinched)).mesh.vertices) == 2 * len(vertices)

@@ -49,7 +49,7 @@ def skeleton_names(paths: Sequence[Path], extension: str, suffixes: Sequence[str
     FormatError
         If a mesh is named twice.
     """
-    absolute = [path.absolute() for path in paths]
+    absolute = [Path(os.path.abspath(path)) for path in paths]  # without .., which would lead out of the folder
     if len(set(absolute)) < len(absolute):
         twice = next(path for path, count in Counter(absolute).items() if count > 1)
         raise FormatError(f"{twice} is named twice; name each mesh once")

@@ -2,6 +2,9 @@
 
 from pathlib import Path
 
+import pytest
+
+from lbskel import FormatError
 from lbskel.pipeline.batch.names import files_of, skeleton_names
 
 
@@ -22,3 +25,9 @@ def test_the_second_file_of_csv_and_the_summary_have_names_of_their_own():
     assert found == ["hand.ply.csv", "hand_edges.ply.csv", "hand.ply_edges.ply.csv", "summary.ply.csv"]
     assert names(inputs[1:3], extension="csv") == ["hand_edges.csv", "hand.ply_edges.csv"]
     assert names(["a/summary.ply", "b.ply"], extension="csv") == ["a/summary.csv", "b.csv"]
+
+
+def test_names_stay_in_the_folder_of_the_skeletons_where_inputs_lie_above_another():
+    assert names(["b.off", "../y/a.off"]) == ["x/b.json", "y/a.json"]
+    with pytest.raises(FormatError, match=r"/x/b\.off is named twice"):
+        names(["b.off", "../x/b.off"])
