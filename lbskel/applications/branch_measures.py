@@ -141,7 +141,7 @@ def shared_among_branches(
 def section_areas(
     skeleton: Skeleton, paths: tuple[NDArray[np.int64], ...], lines: list[Polyline], mesh: Mesh
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(b,) mean area of the cross-sections of each branch, and (b, N_PROFILE) areas along it; NaN where there is none.
+    """(b,) mean area of each branch's sections away from junctions, and (b, N_PROFILE) areas along it; NaN for none.
 
     Parameters
     ----------
@@ -155,11 +155,9 @@ def section_areas(
     means, profiles = np.full(len(lines), np.nan), np.full((len(lines), N_PROFILE), np.nan)
     for row, (path, line) in enumerate(zip(paths, lines, strict=True)):
         begin, end = (JUNCTION_REACH * line.radii[e] * (skeleton.degrees[path[e]] > 2) for e in (0, -1))
-        if not begin + end < line.length:
-            begin = end = 0.0
         steps = SECTION_STEPS * line.length / line.mean_radius if line.mean_radius > 0 else 0.0
-        n = int(np.clip(np.nan_to_num(steps), 3, MAX_SECTIONS))
-        inner = begin + (np.arange(n) + 0.5) / n * (line.length - begin - end)
+        n = int(np.clip(np.nan_to_num(steps), 3, MAX_SECTIONS)) if begin + end < line.length else 0
+        inner = begin + (np.arange(n) + 0.5) / max(n, 1) * (line.length - begin - end)
         s = np.append(inner, np.linspace(0, 1, N_PROFILE) * line.length)
         tangents = line.tangents(s)
         is_known = tangents.any(axis=1)

@@ -54,7 +54,8 @@ class BranchTable:
     mean_radius, min_radius, max_radius : (b,) array of float
         Mean along the length, smallest and largest of the radii of the nodes.
     section_area : (b,) array of float
-        Mean area of the cross-sections more than two junction radii from junctions; NaN without a mesh or sections.
+        Mean area of the cross-sections more than two junction radii from junctions; NaN without a mesh or sections, as
+        on a branch that is not longer.
     area, volume : (b,) array of float
         Of the part of the mesh that belongs to the branch; the volumes of all sum to that of the mesh but for a few
         percent. Without a mesh, side area and volume of truncated cones.

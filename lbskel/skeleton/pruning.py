@@ -160,7 +160,8 @@ def merge_junctions(skeleton: Skeleton, *, ratio: float = 1.0) -> Skeleton:
         is_anchor = np.zeros(len(skeleton.nodes), dtype=bool)
         is_anchor[skeleton.anchors] = True
         lengths, ends = inner_branch_lengths(skeleton)
-        limits = np.minimum(skeleton.radii[ends].max(axis=1), _thinnest_branches(skeleton)[ends].sum(axis=1))
+        known = np.where(np.isnan(skeleton.radii), 0.0, skeleton.radii)
+        limits = np.minimum(known[ends].max(axis=1), _thinnest_branches(skeleton)[ends].sum(axis=1))
         short = np.flatnonzero(lengths < ratio * limits)
         short = short[np.argsort(lengths[short], kind="stable")]
         first, beside = adjacent_junctions(skeleton)
@@ -172,7 +173,7 @@ def merge_junctions(skeleton: Skeleton, *, ratio: float = 1.0) -> Skeleton:
             # the branches beside it change, so that theirs have to wait
             is_touched[branch] = is_touched[beside[first[branch[0]] : first[branch[0] + 1]]] = True
             is_touched[beside[first[branch[-1]] : first[branch[-1] + 1]]] = True
-            kept = branch[0] if skeleton.radii[branch[0]] >= skeleton.radii[branch[-1]] else branch[-1]
+            kept = branch[0] if known[branch[0]] >= known[branch[-1]] else branch[-1]
             target[branch] = kept
         if not is_touched.any():
             return skeleton
@@ -183,16 +184,21 @@ def _thinnest_branches(skeleton: Skeleton) -> NDArray[np.float64]:
     """(k,) radius of the thinnest branch that ends at each node, infinite where none ends.
 
     The radius of a branch is the median of its nodes outside of the ball at that end; of all, where none is outside.
+    Nodes whose radius is not known do not count.
     """
     nodes, begins = skeleton.flat_branches
     number = np.repeat(np.arange(len(begins) - 1), np.diff(begins))
+    is_known = ~np.isnan(skeleton.radii[nodes])
+    radii = np.where(is_known, skeleton.radii[nodes], np.inf)
     thinnest = np.full(len(skeleton.nodes), np.inf)
     for end in skeleton.branch_ends.T:
         center = end[number]
-        is_used = vector_lengths(skeleton.nodes[nodes] - skeleton.nodes[center]) > skeleton.radii[center]
-        is_used |= np.bincount(number[is_used], minlength=len(end))[number] == 0
+        is_within = vector_lengths(skeleton.nodes[nodes] - skeleton.nodes[center]) <= skeleton.radii[center]
+        is_used = is_known & ~is_within
+        for others in (is_known, ~is_known):  # where a branch has none of those before
+            is_used |= others & (np.bincount(number[is_used], minlength=len(end))[number] == 0)
         counts = np.bincount(number[is_used], minlength=len(end))
-        medians = group_medians(skeleton.radii[nodes[is_used]], np.append(0, np.cumsum(counts)))
+        medians = group_medians(radii[is_used], np.append(0, np.cumsum(counts)))
         np.minimum.at(thinnest, end, medians)
     return thinnest
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from helpers import nearest_rows, path_in
+from helpers import mesh_of_branches, nearest_rows, path_in
 
 from lbskel import MeshError, Skeleton
 from lbskel.applications.branch_measures import Polyline, section_areas, shared_among_branches
@@ -60,3 +60,20 @@ def test_a_branch_without_length_or_outside_of_the_mesh_has_no_section():
         means, profiles = section_areas(skeleton, (path,), [Polyline.of(skeleton, path)], mesh)
         assert np.isnan(means).all()
         assert np.isnan(profiles).all()
+
+
+@pytest.mark.parametrize(("length", "has_section"), [(1.9, False), (3.0, True)])
+def test_a_twig_no_longer_than_the_reach_of_its_junction_has_no_section(length, has_section):
+    """Planes across its part in the trunk would cut that lengthwise."""
+    nodes = np.array([[0, 0, -4], [0, 0, 0], [0, 0, 4], *np.linspace([1, 0, 0], [length, 0, 0], 6)])
+    edges = [[0, 1], [1, 2], [1, 3], *([k, k + 1] for k in range(3, 8))]
+    radii = np.array([1.0] * 3 + [0.2] * 6)
+    skeleton = Skeleton(nodes, edges, radii)
+    trunk, twig = (nodes[[0, 2]], 1.0), (nodes[[1, 8]], 0.2)
+    [path] = (branch for branch in skeleton.branches if 8 in branch)
+    path = path if path[0] == 1 else path[::-1]
+    mesh = mesh_of_branches([trunk, twig], step=0.1)
+    means, profiles = section_areas(skeleton, (path,), [Polyline.of(skeleton, path)], mesh)
+    assert np.isfinite(means).tolist() == [has_section]
+    assert not has_section or means[0] == pytest.approx(np.pi * 0.2**2, rel=0.1)
+    assert np.isfinite(profiles).all()

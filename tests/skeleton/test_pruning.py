@@ -158,3 +158,26 @@ def test_a_mesh_of_nothing_but_crumbs_is_taken_as_it_is():
     assert np.array_equal(mesh.faces[:, 0], np.zeros(len(mesh.faces)))
     few = Mesh(mesh.vertices, [[0, int(tip), 0] for tip in skeleton.tips])
     assert len(prune(skeleton, few, min_branch_ratio=3.0).tips) == 2
+
+
+@pytest.mark.parametrize("unknown", [[0], [4], [0, 1, 4, 5], [2], [0, 1, 2, 3, 4, 5]])
+def test_junctions_merge_by_the_radii_that_are_known(unknown):
+    nodes = [[-2, 1, 0], [-2, -1, 0], [0, 0, 0], [0.2, 0, 0], [2, 1, 0], [2, -1, 0]]
+    radii = np.ones(6)
+    radii[unknown] = np.nan
+    near = Skeleton(nodes, [[0, 2], [1, 2], [2, 3], [3, 4], [3, 5]], radii)
+    merged = merge_junctions(near)
+    assert len(merged.junctions) == (2 if len(unknown) == 6 else 1)
+    if unknown == [2]:  # of the two junctions that with the larger radius keeps its place
+        assert merged.nodes[merged.junctions].tolist() == [[0.2, 0, 0]]
+
+
+def test_a_limb_is_as_thick_as_its_radii_that_are_known():
+    """Two thin limbs on each side of a thick trunk have room beside each other; most of their radii are not known."""
+    ways = np.array([[-2, 1, 0], [-2, -1, 0], [2, 1, 0], [2, -1, 0]])
+    nodes = [[0, 0, 0], [0.2, 0, 0], *np.concatenate([ways, 2 * ways, 3 * ways])]
+    starts = [(0, 2), (0, 3), (1, 4), (1, 5)]
+    skeleton = Skeleton(
+        nodes, [(0, 1), *starts, *((k, k + 4) for k in range(2, 10))], [1] * 2 + [np.nan] * 8 + [0.05] * 4
+    )
+    assert merge_junctions(skeleton) is skeleton
