@@ -31,6 +31,7 @@ from lbskel._kernels.connectivity import component_roots
 from lbskel.geometry.components import components
 from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.surface_cells import N_CELLS, SurfaceCells, surface_cells
@@ -125,12 +126,27 @@ def _find_extrema(mesh: Mesh, deadline: Deadline) -> GeodesicExtrema:
     members = [inner for inner, *_ in limbs]
     is_end = _are_disks(members, cells) & _is_solid(mesh, _limb_of_vertex(members, cells), len(limbs))
     limbs = [limbs[number] for number in np.flatnonzero(is_end)]
+    radii = np.array([area / (2 * np.pi * length) for _, length, area in limbs])
+    ends = [_end_of_cell(int(limb[0][0]), cells, mesh, radius) for limb, radius in zip(limbs, radii, strict=True)]
     return GeodesicExtrema(
-        vertices=cells.seeds[[limb[0][0] for limb in limbs]] if limbs else np.empty(0, dtype=np.int64),
+        vertices=np.array(ends, dtype=np.int64),
         lengths=np.array([length for _, length, _ in limbs]),
-        radii=np.array([area / (2 * np.pi * length) for _, length, area in limbs]),
+        radii=radii,
         limb_of_vertex=_limb_of_vertex([inner for inner, *_ in limbs], cells),
     )
+
+
+def _end_of_cell(cell: int, cells: SurfaceCells, mesh: Mesh, radius: float) -> int:
+    """Find the vertex at the end of a limb in its highest cell: the seed, or the last one of a cell longer than that.
+
+    Cells are as large as the whole surface asks for. One that covers much of a thin limb has its end a radius of the
+    limb and more beyond its seed, away from the cells around it.
+    """
+    seed, vertices = int(cells.seeds[cell]), np.flatnonzero(cells.cell_of_vertex == cell)
+    first, last = cells.adjacency.indptr[cell : cell + 2]
+    around = mesh.vertices[cells.seeds[cells.adjacency.indices[first:last]]].mean(axis=0)
+    farthest = int(vertices[vector_lengths(mesh.vertices[vertices] - around).argmax()])
+    return farthest if np.linalg.norm(mesh.vertices[farthest] - mesh.vertices[seed]) > radius else seed
 
 
 def is_missed(extrema: GeodesicExtrema, mesh: Mesh, skeleton: Skeleton) -> NDArray[np.bool_]:

@@ -189,3 +189,14 @@ def test_edges_without_length_belong_to_the_surface():
     ends = find_extrema(pinched)
     assert np.abs(pinched.vertices[ends.vertices, 2]) == pytest.approx([4.5, 4.5], abs=0.05)
     assert ends.lengths == pytest.approx(4.9, abs=0.2)
+
+
+@pytest.mark.parametrize("seed", [0, 2])
+def test_the_end_of_a_limb_is_its_end_where_cells_are_longer_than_its_radius(seed, monkeypatch):
+    """Cells are as large as the whole surface asks for: beside a thick soma, each covers several radii of a neurite."""
+    monkeypatch.setattr("lbskel.refinement.surface_cells.N_CELLS", 20)
+    monkeypatch.setattr("lbskel.refinement.surface_cells.CELL_AREA", 1e9)
+    rod = capsule(8.0, 0.1, 24)
+    order = np.random.default_rng(seed).permutation(len(rod.vertices))  # seeds are evenly spaced in the list
+    mesh = Mesh(rod.vertices[order], np.argsort(order)[rod.faces])
+    assert np.sort(mesh.vertices[find_extrema(mesh).vertices, 2]) == pytest.approx([-4.1, 4.1], abs=0.02)
