@@ -72,7 +72,9 @@ MEASURES = {
     "connected_regions": Measure(
         "share of the vertices in the largest connected part of their node's region", 0.98, 0.6
     ),
-    "adjacent_regions": Measure("share of the skeleton edges whose two regions are adjacent", 0.9, 0.6),
+    "adjacent_regions": Measure(
+        "share of the skeleton edges whose two regions are adjacent, or as near as the mesh's edges are long", 0.9, 0.6
+    ),
     "shortcut_edges": Measure(
         "skeleton edges longer than their regions are wide that neither touch nor have a neighbor's between", 0, 1
     ),

@@ -85,7 +85,8 @@ def score_on(
     missed = is_missed(extrema, surface.proxy.mesh, replace(skeleton, radii=balls))
     widths = mean_radii(skeleton, unit).radii
     mean_error, worst_branch_error = mean_and_worst_branch(skeleton, _section_errors(skeleton, widths, surface))
-    disjoint = edges_with_disjoint_regions(skeleton, unit)
+    longest = _longest_edges(skeleton, unit)
+    disjoint = _edges_with_distant_regions(skeleton, unit, longest)
     thickness = surface.from_proxy(local_radii(surface.proxy.mesh, deadline=surface.deadline))
     count = np.bincount(node, minlength=len(skeleton.nodes))
     own_thickness = np.bincount(node, thickness, len(skeleton.nodes)) / np.maximum(count, 1)
@@ -121,7 +122,7 @@ def score_on(
         tunnels_missed=_tunnels_missed(skeleton, surface, n_loops_opened),
         connected_regions=float(is_in_largest_piece(node, unit).mean()) if has_map else None,
         adjacent_regions=1 - len(disjoint) / max(1, len(skeleton.edges)) if has_map else None,
-        shortcut_edges=_n_shortcut_edges(skeleton, unit, widths, disjoint),
+        shortcut_edges=_n_shortcut_edges(skeleton, unit, np.maximum(widths, longest), disjoint),
         spurs=n_spurs(skeleton),
     )
 
@@ -255,16 +256,34 @@ def _region_widths(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.float64]:
     return skeleton.branch_medians(widths)
 
 
-def _n_shortcut_edges(skeleton: Skeleton, mesh: Mesh, widths: NDArray[np.float64], disjoint: NDArray[np.int64]) -> int:
-    """Count the edges that join regions which do not touch, and that are longer than the widths of both together.
+def _longest_edges(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.float64]:
+    """(k,) longest edge of the mesh at the vertices of each node; 0 for a node without vertices."""
+    longest = np.zeros(len(skeleton.nodes))
+    np.maximum.at(longest, skeleton.node_of_vertex[mesh.edges.ravel()], np.repeat(mesh.edge_lengths, 2))
+    return longest
 
-    A region is as wide as its mean radius, or as the longest edge of the mesh at its vertices: regions of single
+
+def _edges_with_distant_regions(skeleton: Skeleton, mesh: Mesh, longest: NDArray[np.float64]) -> NDArray[np.int64]:
+    """(p, 2) edges whose regions are not adjacent, and farther apart than the longest edge of the mesh at either.
+
+    Where there are about as many nodes as vertices, regions of single vertices need not be adjacent.
+    """
+    disjoint, node = edges_with_disjoint_regions(skeleton, mesh), skeleton.node_of_vertex
+    by_node = np.argsort(node, kind="stable")
+    regions = np.split(mesh.vertices[by_node], np.searchsorted(node[by_node], np.arange(1, len(skeleton.nodes))))
+    gaps = [cKDTree(regions[i]).query(regions[j])[0].min() for i, j in disjoint.tolist()]
+    return disjoint[np.array(gaps) > longest[disjoint].max(axis=1)] if gaps else disjoint
+
+
+def _n_shortcut_edges(skeleton: Skeleton, mesh: Mesh, reach: NDArray[np.float64], disjoint: NDArray[np.int64]) -> int:
+    """Count the edges that join regions which do not touch, and that are longer than both regions together reach.
+
+    A region reaches as far as its mean radius, or as the longest edge of the mesh at its vertices: regions of single
     vertices of a coarse mesh need not touch. Nor need those of a branch and its junction in the palm of a hand, where
     the region of another finger lies between them: two regions that both touch that of a neighbor of their nodes are
     no shortcut.
     """
-    node, reach = skeleton.node_of_vertex, np.array(widths)
-    np.maximum.at(reach, node[mesh.edges.ravel()], np.repeat(mesh.edge_lengths, 2))
+    node = skeleton.node_of_vertex
     lengths = vector_lengths(skeleton.nodes[disjoint[:, 0]] - skeleton.nodes[disjoint[:, 1]])
     long = disjoint[lengths > reach[disjoint].sum(axis=1)]
     pairs = np.unique(np.concatenate([node[mesh.edges], node[mesh.edges[:, ::-1]]]), axis=0) if len(long) else long

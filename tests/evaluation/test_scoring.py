@@ -5,11 +5,12 @@ from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
-from helpers import joined, moved, nearest_rows, slab
+from helpers import joined, mesh_of_branches, moved, nearest_rows, slab
 
 from lbskel import Mesh, MeshError, Skeleton, resample, score, skeletonize
 from lbskel.evaluation.measures import MEASURES
 from lbskel.geometry.vertex_map import is_in_largest_piece
+from lbskel.preprocess import simplify
 from lbskel.shapes import capsule, chain_of_tori, cylinder, make, mesh_solid, solid_of, sphere, torus, tube
 
 
@@ -543,3 +544,12 @@ def test_vertices_without_a_face_have_no_influence(limbs):
     for one, other in ((half, longer), (replace(half, node_of_vertex=[]), replace(half, node_of_vertex=[]))):
         found, expected = score(other, far, preprocess=None), score(one, mesh, preprocess=None)
         assert asdict(found) == pytest.approx(asdict(expected))
+
+
+@pytest.mark.parametrize("n_faces", [600, 300, 150])
+def test_gaps_between_regions_of_a_decimated_mesh_are_no_fault(n_faces):
+    """There are about as many nodes as vertices, so that most regions are single vertices."""
+    tube = mesh_of_branches([([[0, 0, 0], [0, 0, 30]], 1.0)], step=0.4)
+    coarse = simplify(tube, target_faces=n_faces).mesh
+    found = score(skeletonize(coarse), coarse)
+    assert (found.verdicts["adjacent_regions"], found.verdict != "fail") == ("pass", True)
