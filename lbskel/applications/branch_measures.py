@@ -109,7 +109,7 @@ def face_volumes(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.float64]:
 
 
 def shared_among_branches(
-    skeleton: Skeleton, paths: tuple[NDArray[np.int64], ...], mesh: Mesh
+    skeleton: Skeleton, mesh: Mesh, paths: tuple[NDArray[np.int64], ...]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """(b,) surface area and (b,) volume of each branch; a face is shared by the branches of its corners.
 
@@ -117,9 +117,9 @@ def shared_among_branches(
     ----------
     skeleton : Skeleton
         With ``node_of_vertex``.
+    mesh : Mesh
     paths : tuple of arrays of int
         The nodes of each branch.
-    mesh : Mesh
 
     Raises
     ------

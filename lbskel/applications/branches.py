@@ -11,20 +11,23 @@ __all__ = ["BranchTable", "branch_table"]
 import csv
 import io
 import json
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from lbskel.applications.branch_measures import N_PROFILE, Polyline, section_areas, shared_among_branches
 from lbskel.applications.branch_tree import branch_order
 from lbskel.errors import MeshError, MissingDependency, UnknownChoice
 from lbskel.geometry.arrays import read_only, to_builtin
-from lbskel.geometry.mesh import as_mesh
+from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.scaling import require_scale
 from lbskel.preprocess import oriented_surface
+from lbskel.preprocess.subdivision import refine
 from lbskel.skeleton.skeleton import Skeleton
+from lbskel.skeleton.source import require_map
 
 # Columns with a unit, and the power of the factor between two units with which each grows
 _LENGTHS = ("start_point", "end_point", "length", "chord", "mean_radius", "min_radius", "max_radius", "radius_profile")
@@ -214,7 +217,7 @@ def branch_table(skeleton: Skeleton, mesh: Any = None, *, scale: float = 1.0, un
         section, section_profile = np.full(len(lines), np.nan), np.full((len(lines), N_PROFILE), np.nan)
     else:
         surface = oriented_surface(as_mesh(mesh))[0]
-        area, volume = shared_among_branches(skeleton, order.paths, surface)
+        area, volume = shared_among_branches(*_refined(skeleton, surface), order.paths)
         section, section_profile = section_areas(skeleton, order.paths, lines, surface)
     ends = np.array([(path[0], path[-1]) for path in order.paths], dtype=np.int64).reshape(-1, 2)
     values = {
@@ -247,6 +250,20 @@ def branch_table(skeleton: Skeleton, mesh: Any = None, *, scale: float = 1.0, un
         raise UnknownChoice(f"a scale of {scale:g} is too large or too small for areas and volumes")
     scaled = {name: column * factors[name] if name in factors else column for name, column in values.items()}
     return BranchTable(**{name: read_only(column) for name, column in scaled.items()}, units=units)
+
+
+def _refined(skeleton: Skeleton, surface: Mesh) -> tuple[Skeleton, Mesh]:
+    """Split long faces, which may belong to one branch by two corners and to another by the third.
+
+    The vertices between go to the nearest nodes.
+    """
+    require_map(skeleton, surface.vertices)
+    fine = refine(surface).mesh
+    added = fine.vertices[len(surface.vertices) :]
+    if not len(added):
+        return skeleton, surface
+    nodes = cKDTree(skeleton.nodes).query(added)[1]
+    return replace(skeleton, node_of_vertex=np.append(skeleton.node_of_vertex, nodes)), fine
 
 
 def _share(values: NDArray[np.float64]) -> NDArray[np.float64]:

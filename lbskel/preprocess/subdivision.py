@@ -49,16 +49,18 @@ def refine(mesh: Mesh, *, max_edge_length: float = 0.5) -> PreprocessResult:
     """
     if not max_edge_length > 0:
         raise UnknownChoice(f"max_edge_length must be positive, not {max_edge_length}")
+    if len(mesh.faces) >= MAX_FACES:
+        return identity_result(mesh)
     ratios = _length_ratios(mesh, max_edge_length)
     factor = 1.0
-    while _predicted_faces(ratios / factor) > max(MAX_FACES, len(mesh.faces)):
+    while _predicted_faces(ratios / factor) > MAX_FACES:
         factor *= FACTOR_STEP
     limits = factor * _edge_length_limits(mesh, max_edge_length)
     V, F = mesh.vertices, mesh.faces
     for _ in range(MAX_ROUNDS):
         fine = Mesh(V, F)
         is_long = _is_too_long(fine, limits)
-        if not is_long.any() or len(F) >= max(MAX_FACES, len(mesh.faces)):
+        if not is_long.any() or len(F) >= MAX_FACES:
             break
         V, F, parent = _split_edges(fine, is_long, shorter=factor > 1)
         limits = limits[parent]

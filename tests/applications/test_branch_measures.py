@@ -21,7 +21,7 @@ def test_volumes_and_areas_sum_to_those_of_the_mesh(orientation):
     mesh = capsule(4.0, 0.5, 16)
     mesh = mesh if orientation == 1 else type(mesh)(mesh.vertices, mesh.faces[:, ::-1])
     skeleton = path_in(mesh, [[0, 0, z] for z in np.linspace(-2, 2, 9)])
-    area, volume = shared_among_branches(skeleton, skeleton.branches, mesh)
+    area, volume = shared_among_branches(skeleton, mesh, skeleton.branches)
     assert area == pytest.approx([mesh.area])
     assert volume == pytest.approx([abs(mesh.volume)])  # nodes on a line enclose nothing
 
@@ -30,14 +30,14 @@ def test_a_ball_is_shared_by_opposite_rays_in_equal_parts():
     mesh = sphere(3)
     nodes = 0.5 * np.array([[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])
     skeleton = Skeleton(nodes, [[0, 1], [0, 2], [0, 3], [0, 4]], np.ones(5), nearest_rows(mesh.vertices, nodes))
-    area, _ = shared_among_branches(skeleton, skeleton.branches, mesh)
+    area, _ = shared_among_branches(skeleton, mesh, skeleton.branches)
     assert area == pytest.approx(np.full(4, mesh.area / 4), rel=0.05)  # ties go to one of two rays
     assert area.sum() == pytest.approx(mesh.area)
 
 
 def test_a_map_of_another_mesh_is_an_error():
     with pytest.raises(MeshError, match="maps 0 vertices to its nodes, and the mesh has 642"):
-        shared_among_branches(Skeleton([[0, 0, 0]], [], [1.0]), (), sphere(3))
+        shared_among_branches(Skeleton([[0, 0, 0]], [], [1.0]), sphere(3), ())
 
 
 def test_sections_of_a_ring_are_those_of_its_tube():

@@ -8,7 +8,7 @@ import pytest
 from helpers import triangle_soup, with_reversed_faces, without_faces
 
 import lbskel
-from lbskel import Skeleton, branch_table, skeletonize, write_skeleton
+from lbskel import Skeleton, as_mesh, branch_table, skeletonize, write_skeleton
 from lbskel.shapes import capsule, make, torus, tube_mesh
 
 FORK = Skeleton([[0, 0, 0], [0, 0, 9], [5, 0, 15], [-5, 0, 15]], [[0, 1], [1, 2], [1, 3]], [1.0, 0.9, 0.6, 0.7])
@@ -173,3 +173,17 @@ def test_what_has_no_branch_or_no_radius_gives_a_table():
     assert np.isnan(thick.volume_share).all()
     row = json.loads(thick.to_json(), parse_constant=pytest.fail)["branches"][0]
     assert (row["length"], row["max_radius"]) == (1.0, None)
+
+
+def test_equal_arms_of_a_coarse_part_have_equal_shares():
+    """A plus of twelve corners, extruded: its long triangles have corners at both ends of an arm."""
+    quarter = np.array([[0.5, 0.5], [0.5, 5], [-0.5, 5]])
+    outline = np.concatenate([quarter @ np.array([[c, s], [-s, c]]) for c, s in ((1, 0), (0, 1), (-1, 0), (0, -1))])
+    vertices = np.concatenate([np.column_stack([outline, np.full(12, z)]) for z in (0.0, 1.0)])
+    k = np.arange(12)
+    sides = np.stack([k, (k + 1) % 12, (k + 1) % 12 + 12, k + 12], axis=1)
+    plus = as_mesh((vertices, [k[::-1].tolist(), (k + 12).tolist(), *sides.tolist()]))
+    table = branch_table(skeletonize(plus, preset="cad"), plus)
+    assert table.volume_share == pytest.approx([0.25] * 4, abs=0.01)
+    assert table.area_share == pytest.approx([0.25] * 4, abs=0.01)
+    assert table.volume.sum() == pytest.approx(19, rel=0.03)
