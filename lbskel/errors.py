@@ -18,6 +18,7 @@ __all__ = [
     "choose",
     "counted",
     "first_few",
+    "is_number",
     "nearest",
     "were",
 ]
@@ -25,7 +26,7 @@ __all__ = [
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from math import inf
-from numbers import Integral
+from numbers import Integral, Real
 from typing import TypeVar
 
 Value = TypeVar("Value")
@@ -190,6 +191,11 @@ def choose(table: Mapping[str, Value], name: str, what: str) -> Value:
         ) from None
 
 
+def is_number(value: object) -> bool:
+    """Whether a value is a real number, and no truth value or text."""
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
 def checked_count(value: object, name: str, low: int, high: float = inf) -> int:
     """Return a number of things; raise UnknownChoice if it is no whole number from ``low`` to ``high``.
 
@@ -203,7 +209,7 @@ def checked_count(value: object, name: str, low: int, high: float = inf) -> int:
     """
     if isinstance(value, bool) or not isinstance(value, Integral) or not low <= int(value) <= high:
         raise UnknownChoice(
-            f"{name} must be a whole number from {low} {'on' if high == inf else f'to {high}'}, not {value!r}"
+            f"{name} must be a whole number from {low} {'on' if high == inf else f'to {high:,}'}, not {value!r}"
         )
     return int(value)
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 __all__ = ["AnchoredLaplacian", "delta_coordinates", "reconstruct"]
 
-from numbers import Real
+import math
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,7 @@ from scipy.sparse import csc_array
 from scipy.sparse.csgraph import connected_components
 
 from lbskel.applications.constrained_systems import ConstrainedSystem, checked_indices
-from lbskel.errors import MeshError, UnknownChoice, counted, first_few
+from lbskel.errors import MeshError, UnknownChoice, counted, first_few, is_number
 from lbskel.geometry.arrays import checked_points
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.operators import Operator, apply_operator
@@ -133,7 +133,7 @@ class AnchoredLaplacian:
 
 def checked_weight(weight: float | None, name: str) -> float | None:
     """Return a weight of soft constraints, or None for hard ones; raise UnknownChoice if it is not above zero."""
-    if weight is not None and not (isinstance(weight, Real) and np.isfinite(weight) and weight > 0):
+    if weight is not None and not (is_number(weight) and math.isfinite(weight) and weight > 0):
         raise UnknownChoice(f"{name} must be above zero, or None for hard constraints, not {weight!r}")
     return weight
 

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 __all__ = ["heat_kernel_signature", "wave_kernel_signature"]
 
-from numbers import Real
+
+import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lbskel.applications.basis import SpectralBasis
-from lbskel.errors import MeshError
+from lbskel.errors import MeshError, is_number
 
 N_SCALES = 100  # times or energies by default, as in both papers
 LATEST_EXPONENT = 4 * np.log(10)  # lambda t of the first and last time: exp(-lambda t) is 1e-4. Sun et al. 2009
@@ -100,11 +101,11 @@ def wave_kernel_signature(
     e = np.linspace(levels[0], levels[-1], N_SCALES) if energies is None else _scales(energies, "energies")
     if width is None:
         width = WIDTH * float(np.ptp(e)) / max(len(e) - 1, 1)
-    if not (isinstance(width, Real) and np.isfinite(width) and width > 0):
+    if not (is_number(width) and math.isfinite(width) and width > 0):
         raise MeshError(
             "the width of an energy must be positive; give one where there is a single energy or eigenvalue"
         )
-    exponents = -((e - levels[:, None]) ** 2) / (2 * width**2)
+    exponents = -(((e - levels[:, None]) / width) ** 2) / 2
     with np.errstate(under="ignore"):
         weights = np.exp(exponents - exponents.max(axis=0))  # the factor cancels; far from all levels none underflows
         signature: NDArray[np.float64] = basis.functions[:, basis.positive] ** 2 @ (weights / weights.sum(axis=0))

@@ -21,8 +21,8 @@ from __future__ import annotations
 
 __all__ = ["SMOOTHING_METHODS", "smooth"]
 
+import math
 from collections.abc import Callable
-from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -33,7 +33,7 @@ from lbskel.applications.constrained_systems import ConstrainedSystem, checked_i
 from lbskel.applications.neighbor_means import NeighborMeans, boundary_vertices, edge_keys
 from lbskel.applications.smoothing_filters import FILTERS, Positions, Step, average, average_of_neighbors
 from lbskel.applications.volume import has_volume, keep_volumes
-from lbskel.errors import MeshError, SolveError, UnknownChoice, checked_count, choose
+from lbskel.errors import MeshError, SolveError, UnknownChoice, checked_count, choose, is_number
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators import Laplacian, Operator, apply_operator
@@ -240,6 +240,6 @@ def _check_ranges(method: str, time_step: float | None, iterations: int) -> None
     """Raise if a number is out of its range."""
     if time_step is not None and method in FILTERS:
         raise UnknownChoice(f"the method {method!r} has no time_step: its filter is set by the iterations alone")
-    if time_step is not None and not (isinstance(time_step, Real) and np.isfinite(time_step) and time_step > 0):
+    if time_step is not None and not (is_number(time_step) and math.isfinite(time_step) and time_step > 0):
         raise UnknownChoice(f"time_step must be an area above zero, not {time_step!r}")
     checked_count(iterations, "iterations", 1)

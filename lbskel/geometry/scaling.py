@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.errors import UnknownChoice
+from lbskel.errors import UnknownChoice, is_number
 
 if TYPE_CHECKING:
     from lbskel.geometry.mesh import Mesh
@@ -23,7 +23,7 @@ def require_scale(scale: float) -> None:
     ----------
     scale : float
     """
-    if not (scale > 0 and math.isfinite(scale)):
+    if not (is_number(scale) and scale > 0 and math.isfinite(scale)):
         raise UnknownChoice(f"scale must be a positive number, not {scale!r}")
 
 

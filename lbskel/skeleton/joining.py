@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse.csgraph import minimum_spanning_tree
 from scipy.spatial import Delaunay, cKDTree
 
-from lbskel.errors import UnknownChoice
+from lbskel.errors import UnknownChoice, is_number
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.sorting import is_among
@@ -74,10 +74,10 @@ def join_components(
     >>> join_components(apart, reach=0.5).n_components
     2
     """
-    if reach is not None and not reach > 0:
-        raise UnknownChoice(f"reach must be positive, a multiple of the radii, not {reach}")
-    if max_angle is not None and not max_angle > 0:
-        raise UnknownChoice(f"max_angle must be positive, in degrees, not {max_angle}")
+    if reach is not None and not (is_number(reach) and reach > 0):
+        raise UnknownChoice(f"reach must be positive, a multiple of the radii, not {reach!r}")
+    if max_angle is not None and not (is_number(max_angle) and max_angle > 0):
+        raise UnknownChoice(f"max_angle must be positive, in degrees, not {max_angle!r}")
     component, n = skeleton.component_of_node, skeleton.n_components
     if n <= 1:
         return skeleton

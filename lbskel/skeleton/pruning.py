@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.errors import MeshError, UnknownChoice
+from lbskel.errors import MeshError, UnknownChoice, is_number
 from lbskel.geometry.components import find_crumbs
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.normals import vector_lengths
@@ -96,8 +96,8 @@ def prune(skeleton: Skeleton, mesh: Any, *, min_branch_ratio: float = MIN_BRANCH
     >>> len(skeleton.tips), len(lbskel.prune(skeleton, mesh, min_branch_ratio=50).tips)
     (3, 2)
     """
-    if not min_branch_ratio >= 0:
-        raise UnknownChoice(f"min_branch_ratio must be a number of local radii, 0 or more, not {min_branch_ratio}")
+    if not (is_number(min_branch_ratio) and min_branch_ratio >= 0):
+        raise UnknownChoice(f"min_branch_ratio must be a number of local radii, 0 or more, not {min_branch_ratio!r}")
     mesh = as_mesh(mesh)
     if len(skeleton.node_of_vertex) != len(mesh.vertices):
         raise MeshError(
@@ -154,8 +154,8 @@ def merge_junctions(skeleton: Skeleton, *, ratio: float = 1.0) -> Skeleton:
     >>> len(near.junctions), len(lbskel.merge_junctions(near).junctions)
     (2, 1)
     """
-    if not ratio >= 0:
-        raise UnknownChoice(f"ratio must be a number of local radii, 0 or more, not {ratio}")
+    if not (is_number(ratio) and ratio >= 0):
+        raise UnknownChoice(f"ratio must be a number of local radii, 0 or more, not {ratio!r}")
     while True:
         is_anchor = np.zeros(len(skeleton.nodes), dtype=bool)
         is_anchor[skeleton.anchors] = True

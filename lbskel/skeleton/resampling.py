@@ -9,7 +9,6 @@ from __future__ import annotations
 __all__ = ["require_number_of_nodes", "resample", "space_evenly"]
 
 import heapq
-import operator
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -19,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel._kernels.traversal import sums_along_paths
-from lbskel.errors import UnknownChoice
+from lbskel.errors import UnknownChoice, checked_count, is_number
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.sorting import group_medians
 from lbskel.skeleton.editing import replace_paths
@@ -130,13 +129,7 @@ def space_evenly(skeleton: Skeleton, spacing: float, stays: Callable[[Polylines,
 
 def require_number_of_nodes(n_nodes: Any) -> int:
     """Return a number of nodes; raise UnknownChoice if it is not a whole number from 1 to MAX_NODES."""
-    try:
-        n_asked = operator.index(n_nodes)
-    except TypeError:
-        n_asked = 0
-    if not 1 <= n_asked <= MAX_NODES:
-        raise UnknownChoice(f"n_nodes must be a whole number from 1 to {MAX_NODES:,}, not {n_nodes!r}")
-    return n_asked
+    return checked_count(n_nodes, "n_nodes", 1, MAX_NODES)
 
 
 def _paths(skeleton: Skeleton) -> _Paths:
@@ -163,8 +156,8 @@ def _counts_for_spacing(
     skeleton: Skeleton, paths: _Paths, spacing: float, shortest: NDArray[np.float64] | float
 ) -> NDArray[np.int64]:
     """(p,) number of pieces of each path for a spacing in median radii of the path, none below a shortest length."""
-    if not spacing > 0:
-        raise UnknownChoice(f"spacing must be positive, in local radii, not {spacing}")
+    if not (is_number(spacing) and spacing > 0):
+        raise UnknownChoice(f"spacing must be positive, in local radii, not {spacing!r}")
     if np.isnan(skeleton.radii[paths.nodes]).any():
         raise UnknownChoice("spacing is in local radii, which the skeleton does not have at all nodes; give n_nodes")
     pieces = np.maximum(spacing * group_medians(skeleton.radii[paths.nodes], paths.begins), shortest)

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.errors import UnknownChoice
+from lbskel.errors import UnknownChoice, is_number
 from lbskel.geometry.normals import vector_lengths
 from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
@@ -48,8 +48,8 @@ def open_short_loops(skeleton: Skeleton, min_loop: float) -> Skeleton:
     >>> open_short_loops(eye, 10).cycle_rank, open_short_loops(eye, 3).cycle_rank
     (0, 1)
     """
-    if not min_loop >= 0:
-        raise UnknownChoice(f"min_loop must be a number of local radii, 0 or more, not {min_loop}")
+    if not (is_number(min_loop) and min_loop >= 0):
+        raise UnknownChoice(f"min_loop must be a number of local radii, 0 or more, not {min_loop!r}")
     while skeleton.cycle_rank and min_loop > 0:
         removed = _branches_to_remove(skeleton, min_loop)
         if not removed:

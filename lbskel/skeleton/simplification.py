@@ -17,7 +17,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.errors import UnknownChoice
+from lbskel.errors import UnknownChoice, is_number
 from lbskel.geometry.normals import vector_lengths
 from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.joining import without_joining_edges
@@ -54,8 +54,8 @@ def simplify_branches(skeleton: Skeleton, *, tolerance: float = 0.5) -> Skeleton
     >>> lbskel.simplify_branches(skeleton)
     Skeleton(2 nodes, 1 edge, 2 tips, 0 junctions, 0 cycles)
     """
-    if not tolerance > 0:
-        raise UnknownChoice(f"tolerance must be positive, in local radii, not {tolerance}")
+    if not (is_number(tolerance) and tolerance > 0):
+        raise UnknownChoice(f"tolerance must be positive, in local radii, not {tolerance!r}")
     return without_joining_edges(partial(_simplified, tolerance=tolerance), skeleton)
 
 

@@ -7,7 +7,16 @@ import numpy as np
 import pytest
 from helpers import star_skeleton, theta_skeleton
 
-from lbskel import Skeleton, UnknownChoice, resample
+from lbskel import (
+    Skeleton,
+    UnknownChoice,
+    branch_table,
+    join_components,
+    merge_junctions,
+    open_short_loops,
+    resample,
+    simplify_branches,
+)
 from lbskel.skeleton.resampling import space_evenly
 
 
@@ -222,3 +231,22 @@ def test_the_node_at_the_junction_of_a_loop_has_no_tangent_across_it():
     even = resample(tail, n_nodes=60)
     assert even.nodes[:, 0].min() == -1
     assert (np.abs(even.nodes[even.nodes[:, 0] < 0, 1]) < 1e-12).all()  # the curve does not swing past the junction
+
+
+@pytest.mark.parametrize("wrong", ["0.5", None, True, 1j])
+@pytest.mark.parametrize(
+    ("edit", "name"),
+    [
+        (lambda s, x: resample(s, spacing="none" if x is None else x), "spacing"),
+        (lambda s, x: resample(s, n_nodes="none" if x is None else x), "n_nodes"),
+        (lambda s, x: simplify_branches(s, tolerance=x), "tolerance"),
+        (lambda s, x: join_components(s, reach="none" if x is None else x), "reach"),
+        (lambda s, x: join_components(s, max_angle="none" if x is None else x), "max_angle"),
+        (lambda s, x: open_short_loops(s, x), "min_loop"),
+        (lambda s, x: merge_junctions(s, ratio=x), "ratio"),
+        (lambda s, x: branch_table(s, scale=x), "scale"),
+    ],
+)
+def test_what_is_no_number_is_refused(edit, name, wrong):
+    with pytest.raises(UnknownChoice, match=f"{name} must be "):
+        edit(theta_skeleton(), wrong)
