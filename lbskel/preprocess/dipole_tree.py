@@ -20,7 +20,7 @@ from lbskel.geometry.deadline import in_slices
 
 LEAF = 8  # points in a leaf; a guess
 # Lower bound on the distance of a node that counts as one dipole, in its radii, which bounds the error of the field:
-# 3.5 leaves clouds as accurate and is slower, 1.75 leaves them a tenth less accurate;
+# with 3.5 clouds are a twentieth more accurate and take longer, with 1.75 a twelfth less accurate;
 # benchmarks/results/point_constants.md
 OPENING = 2.5
 
