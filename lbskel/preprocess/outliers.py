@@ -25,8 +25,8 @@ from lbskel.preprocess.point_neighborhoods import Neighborhoods
 
 N_NEIGHBORS = 6  # the distance to this neighbor is the inverse density of a point; a guess
 # Share of the points nearby that are denser than the one that a point is compared with, no unit. It bounds how large a
-# cluster of outliers may hide itself from below, and which points at the ends of limbs are outliers from above: 0.14 and
-# 0.28 leave clouds a twentieth less accurate; benchmarks/results/point_constants.md
+# cluster of outliers may hide itself from below, and which points at the ends of limbs are outliers from above: with
+# 0.14 and 0.28 clouds are a twentieth less accurate; benchmarks/results/point_constants.md
 QUANTILE = 0.2
 # The second finds the few outliers that the first has left alone, whose neighbors were outliers; the error of clouds is
 # a hundredth larger without it, benchmarks/results/point_constants.md

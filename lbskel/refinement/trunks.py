@@ -27,8 +27,8 @@ from lbskel.refinement.radii import inscribed_radii
 from lbskel.skeleton.skeleton import Skeleton
 
 # Lower bound on the radius of a trunk over that of the ball at its junction, and on that of a tube that crosses it over
-# that of the trunk. Rows in benchmarks/results/robustness.md: 0.4 to 0.8 are alike; by hand, of 99 other creatures 81
-# graphs are right with 0.5 to 0.7, 79 with 0.8 and 78 with 0.9
+# that of the trunk. Rows in benchmarks/results/robustness.md: 0.4 to 0.8 are alike; by hand, of 99 other creatures 83
+# graphs are right with 0.5 to 0.7, 81 with 0.8 and 80 with 0.9
 MIN_THICKNESS = 0.6
 # Upper bound on the distance of a limb's place from the gap between the trunk's sections on both sides, in radii of the
 # trunk: a section beside the foot of a limb may be the trunk's own. Rows in the same table: with 0, half of the
