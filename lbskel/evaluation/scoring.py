@@ -31,6 +31,7 @@ from lbskel.geometry.vertex_map import is_in_largest_piece
 from lbskel.refinement.centerlines import find_section_centers
 from lbskel.refinement.containment import inside_fraction
 from lbskel.refinement.extrema import find_extrema, is_missed
+from lbskel.refinement.open_ends import NO_CUTS
 from lbskel.refinement.radii import inscribed_radii, mean_radii, own_radii
 from lbskel.refinement.region_map import edges_with_disjoint_regions, nearest_balls
 from lbskel.skeleton.skeleton import Skeleton
@@ -45,7 +46,6 @@ OPEN_TOLERANCE = 0.5  # in mean radii: as far outside a surface that is not clos
 # that is missing there has no exact place; a guess
 NEAR_SURFACE_RATIO = 0.2  # distance to the surface over the local radius, or over the mean distance to own vertices if
 # that is less, below which a node is near the surface; a guess below 0.3, which nodes on the axis of a flat limb have
-NO_CUTS = np.empty((0, 7))
 SURFACE_TOLERANCE = 1e-6  # in diameter bounds: a node this near is on the surface; rays put tips within 1e-8 of it
 
 
@@ -269,10 +269,12 @@ def _edges_with_distant_regions(skeleton: Skeleton, mesh: Mesh, longest: NDArray
     Where there are about as many nodes as vertices, regions of single vertices need not be adjacent.
     """
     disjoint, node = edges_with_disjoint_regions(skeleton, mesh), skeleton.node_of_vertex
+    if len(disjoint) == 0:
+        return disjoint
     by_node = np.argsort(node, kind="stable")
     regions = np.split(mesh.vertices[by_node], np.searchsorted(node[by_node], np.arange(1, len(skeleton.nodes))))
     gaps = [cKDTree(regions[i]).query(regions[j])[0].min() for i, j in disjoint.tolist()]
-    return disjoint[np.array(gaps) > longest[disjoint].max(axis=1)] if gaps else disjoint
+    return np.asarray(disjoint[np.array(gaps) > longest[disjoint].max(axis=1)])
 
 
 def _n_shortcut_edges(skeleton: Skeleton, mesh: Mesh, reach: NDArray[np.float64], disjoint: NDArray[np.int64]) -> int:

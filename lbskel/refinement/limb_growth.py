@@ -31,7 +31,7 @@ from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.extrema import find_extrema, is_missed
 from lbskel.refinement.flat_ends import is_corner
 from lbskel.refinement.limb_centerlines import trace_limbs
-from lbskel.refinement.open_ends import tips_at_open_ends
+from lbskel.refinement.open_ends import NO_CUTS, tips_at_open_ends
 from lbskel.refinement.radii import inscribed_radii
 from lbskel.refinement.tips import extend_ends
 from lbskel.refinement.uncovered_limbs import Limbs, find_limbs
@@ -42,7 +42,6 @@ from lbskel.skeleton.skeleton import Skeleton
 # Upper bound on the distance from the center of a cut to its rim, in mean radii of the cut: that of the rim of a cut
 # that is oblique by 75 degrees is 1.46
 RIM_RATIO = 1.5
-NO_CUTS = np.empty((0, 7))
 
 
 def grow_limbs(skeleton: Skeleton, surface: Surface, *, open_ends: NDArray[np.float64] = NO_CUTS) -> Skeleton:

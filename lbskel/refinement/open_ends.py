@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["extend_to_open_ends", "tips_at_open_ends"]
+__all__ = ["NO_CUTS", "extend_to_open_ends", "tips_at_open_ends"]
 
 from dataclasses import replace
 
@@ -22,6 +22,7 @@ MAX_CUT_RATIO = 2.5  # upper bound on the radius of a cut over that of the limb 
 # Lower bound on the area of a cut across the limb, as a share of the limb's section. It is 1 for a cut around a tube,
 # however oblique, and at most 0.28 for faces that are missing in the sides of coarse tubes, by hand; a guess between
 MIN_CUT_SHARE = 0.5
+NO_CUTS = np.empty((0, 7))
 
 
 def tips_at_open_ends(
@@ -44,15 +45,16 @@ def tips_at_open_ends(
     tips, cuts = skeleton.tips, dict[int, NDArray[np.float64]]()
     if len(tips) == 0 or len(open_ends) == 0:
         return cuts
+    to_tip, nearest = cKDTree(skeleton.nodes[tips]).query(open_ends[:, :3])
+    nearest_first = np.argsort(to_tip, kind="stable")  # of the ends that one tip could have, the nearest counts
+    rows = nearest_first[to_tip[nearest_first] <= TIP_REACH * open_ends[nearest_first, 3]]
+    if len(rows) == 0:
+        return cuts
     widths, ways = mean_radii(skeleton, surface.mesh).radii, _ways_to_tips(skeleton)
-    to_tip = cKDTree(skeleton.nodes[tips]).query(open_ends[:, :3])[0]
-    for end in open_ends[np.argsort(to_tip, kind="stable")]:  # of the ends that one tip could have, the nearest
-        distances = vector_lengths(skeleton.nodes[tips] - end[:3])
-        tip = int(tips[distances.argmin()])
+    for tip, end in zip(tips[nearest[rows]].tolist(), open_ends[rows], strict=True):
         # a tip in the sharp edge of an oblique cut is thin, and one far from its cut has the surface from it to there
         width = widths[_before_cut(skeleton, ways[tip], end)[-2:]].min()
-        is_near = distances.min() <= TIP_REACH * end[3]
-        if is_near and end[3] <= MAX_CUT_RATIO * width and _is_around(skeleton, ways[tip], end, np.pi * width**2):
+        if end[3] <= MAX_CUT_RATIO * width and _is_around(skeleton, ways[tip], end, np.pi * width**2):
             cuts.setdefault(tip, end)
     return cuts
 
