@@ -1,4 +1,4 @@
-"""Cuts: skeletons of tubes that were cropped or cut, and of trees without some faces, with other bounds on open ends."""
+"""Cuts: skeletons of cropped and cut tubes, and of trees without some faces, with other bounds on open ends."""
 
 from __future__ import annotations
 

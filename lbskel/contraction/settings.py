@@ -20,7 +20,9 @@ from lbskel.solvers import ALL_SOLVERS
 STOP_RULES = ("areas", "rings")
 
 
-LARGEST = 1e100  # upper bound on settings, so that squares of weights are finite
+# Upper bound on settings, which have no unit. It follows from the largest double, 1.8e308: squares of weights are finite,
+# also times areas at unit size
+LARGEST = 1e100
 
 
 def _is_bounded(value: Any) -> bool:

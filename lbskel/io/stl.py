@@ -21,7 +21,8 @@ from lbskel.io.text import content_lines, decode_text, parse_columns, read_bytes
 
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 HEADER_BYTES, COUNT_BYTES = 80, 4  # of binary STL: free text, then the number of triangles as a little-endian uint32
-# Size of a mesh below which positions have fewer than seven digits in single precision, whose numbers end there
+# Lower bound on the size of a mesh, in its own units. It follows from the smallest normal number in single precision:
+# below it, positions have fewer than seven digits
 SMALLEST_SIZE = 1e7 * float(np.finfo(np.float32).tiny)
 FACET = ("facet", "outer", "vertex", "vertex", "vertex", "endloop", "endfacet")
 

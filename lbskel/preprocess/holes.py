@@ -21,8 +21,9 @@ from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.result import PreprocessResult, identity_result, preprocess_step
 from lbskel.preprocess.vertex_umbrellas import find_umbrellas
 
-# Excess of the area of a fan over the least that any triangulation may have, as a share of that, up to which the fan is
-# as small as any: what coordinates in single precision leave of a planar fan
+# Upper bound on the excess of the area of a fan over the least that any triangulation has, as a share of that, up to
+# which the fan is as small as any. It follows from coordinates in single precision, which are rounded to 6e-8 of their
+# size; by hand, with 0.02 one tip of 25 meshes is lost
 MAX_EXCESS = 1e-6
 
 

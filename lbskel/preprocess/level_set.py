@@ -26,7 +26,8 @@ FACES = [([0, 3, 4, 7], [-1, 0, 0]), ([1, 2, 5, 6], [1, 0, 0]), ([0, 1, 4, 5], [
 FACES += [([2, 3, 6, 7], [0, 1, 0]), ([0, 1, 2, 3], [0, 0, -1]), ([4, 5, 6, 7], [0, 0, 1])]
 BITS = 21  # of each coordinate of a cell in its key
 MAX_ROUNDS = 400  # rings of cells added to close holes: more than the surface has cells across; a guess
-MAX_ACROSS = (1 << BITS - 1) - MAX_ROUNDS  # cells between the points, so that added ones have keys too
+# Upper bound on the number of cells between points. It follows from the bits of a key: added cells need keys, too
+MAX_ACROSS = (1 << BITS - 1) - MAX_ROUNDS
 
 
 @dataclass(frozen=True, eq=False)
