@@ -20,8 +20,7 @@ from lbskel.solvers import ALL_SOLVERS
 STOP_RULES = ("areas", "rings")
 
 
-# Upper bound on settings, which have no unit. It follows from the largest double, 1.8e308: squares of weights are finite,
-# also times areas at unit size
+# Upper bound on settings, which have no unit. It follows from the largest double, 1.8e308: squares are finite
 LARGEST = 1e100
 
 
