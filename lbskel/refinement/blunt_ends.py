@@ -5,9 +5,10 @@ corner which reaches farther than is pruned, since the inscribed radius is small
 steps. Such a branch is wider than long, as no limb is: from the junction to the center of its last inscribed ball it is
 shorter than the mean distance of its surface from it.
 
-A short branch is kept if it leads to an end that :func:`lbskel.refinement.extrema.find_extrema` finds, or to a cut. The
-end of the body itself may be short, too, such as a wrist from which a thumb leaves. It is kept where the other branches
-of its junction all leave at acute angles to each other: without it, one would turn back into another.
+A short branch is kept if it leads to an end that :func:`lbskel.refinement.extrema.find_extrema` finds, other than a
+tooth at the rim of a cut, or if its tip is the nearest to a cut. The end of the body itself may be short, too, such as
+a wrist from which a thumb leaves. It is kept where the other branches of its junction all leave at acute angles to each
+other: without it, one would turn back into another.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from lbskel.geometry.sorting import group_medians
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.extrema import find_extrema
 from lbskel.refinement.flat_ends import first_parts, ways_from_nodes
+from lbskel.refinement.open_ends import are_at_rims, cuts_with_tips
 from lbskel.refinement.radii import mean_axis_distances
 from lbskel.refinement.tips import extend_tips
 from lbskel.skeleton.editing import contract_branches
@@ -75,8 +77,9 @@ def _blunt_ends(
     ratios = lengths / np.maximum(medians, TINY)
     is_kept = np.zeros(len(degrees), dtype=bool)
     is_kept[tips[cKDTree(skeleton.nodes[tips]).query(open_ends[:, :3])[1]]] = True
-    extrema = find_extrema(surface.proxy.mesh, deadline=surface.deadline)
-    is_kept[surface.on_proxy(skeleton.node_of_vertex)[extrema.vertices]] = True
+    found = find_extrema(surface.proxy.mesh, deadline=surface.deadline).vertices
+    at_rims = are_at_rims(surface.proxy.mesh.vertices[found], cuts_with_tips(skeleton, surface, open_ends))
+    is_kept[surface.on_proxy(skeleton.node_of_vertex)[found[~at_rims]]] = True
     short = np.flatnonzero((ratios < min_length) & [not is_kept[each].any() for each in outer])
     short = short[np.lexsort((ratios[short], junctions[short]))]
     ways = ways_from_nodes(skeleton)

@@ -22,7 +22,6 @@ from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.distance import cdist
 
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import vector_lengths
@@ -31,18 +30,13 @@ from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.extrema import find_extrema, is_missed
 from lbskel.refinement.flat_ends import is_corner
 from lbskel.refinement.limb_centerlines import trace_limbs
-from lbskel.refinement.open_ends import NO_CUTS, tips_at_open_ends
+from lbskel.refinement.open_ends import NO_CUTS, are_at_rims, cuts_with_tips
 from lbskel.refinement.radii import inscribed_radii
 from lbskel.refinement.tips import extend_ends
 from lbskel.refinement.uncovered_limbs import Limbs, find_limbs
 from lbskel.skeleton.editing import contract_branches
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.skeleton.skeleton import Skeleton
-
-# Upper bound on the distance from the center of a cut to its rim, in mean radii of the cut: it is 1.46 for a cut that
-# is oblique by 75 degrees. Rows in benchmarks/results/cuts.md: 1.25 to 3 are alike, with 1 six of 90 cropped tubes have
-# false branches, with 0 sixteen
-RIM_RATIO = 1.5
 
 
 def grow_limbs(skeleton: Skeleton, surface: Surface, *, open_ends: NDArray[np.float64] = NO_CUTS) -> Skeleton:
@@ -59,7 +53,7 @@ def grow_limbs(skeleton: Skeleton, surface: Surface, *, open_ends: NDArray[np.fl
     mesh, balls = surface.proxy.mesh, _balls(skeleton, surface)
     extrema = find_extrema(mesh, deadline=surface.deadline)
     limbs = Limbs(extrema.vertices, extrema.radii, extrema.limb_of_vertex)
-    cuts = _cuts_with_tips(skeleton, surface, open_ends)
+    cuts = cuts_with_tips(skeleton, surface, open_ends)
     missed = _without_rims(limbs.take(is_missed(extrema, mesh, balls)), mesh, cuts)
     grown, ends = _grown(skeleton, balls, _without_rims(find_limbs(balls, mesh, missed), mesh, cuts), surface)
     tips = ends[: len(missed.ends)]
@@ -81,21 +75,15 @@ def grow_limbs_without_tip(
         As for :func:`grow_limbs`.
     """
     balls, mesh = _balls(skeleton, surface), surface.proxy.mesh
-    limbs = _without_rims(find_limbs(balls, mesh), mesh, _cuts_with_tips(skeleton, surface, open_ends))
+    limbs = _without_rims(find_limbs(balls, mesh), mesh, cuts_with_tips(skeleton, surface, open_ends))
     has_tip = np.zeros(len(limbs.ends) + 1, dtype=bool)  # the last is for vertices of no limb
     has_tip[limbs.limb_of_vertex[balls.degrees[balls.node_of_vertex] <= 1]] = True
     return _grown(skeleton, balls, limbs.take(~has_tip[:-1]), surface)[0]
 
 
-def _cuts_with_tips(skeleton: Skeleton, surface: Surface, open_ends: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(c, 7) the open ends that have a tip."""
-    return np.array([*tips_at_open_ends(skeleton, surface, open_ends).values()]).reshape(-1, 7)
-
-
 def _without_rims(limbs: Limbs, mesh: Mesh, cuts: NDArray[np.float64]) -> Limbs:
     """Leave out the limbs whose ends are at the rims of cuts."""
-    to_cuts = cdist(mesh.vertices[limbs.ends], cuts[:, :3])
-    return limbs.take(~(to_cuts < RIM_RATIO * cuts[:, 3]).any(axis=1))
+    return limbs.take(~are_at_rims(mesh.vertices[limbs.ends], cuts))
 
 
 def _balls(skeleton: Skeleton, surface: Surface) -> Skeleton:

@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers import nearest_rows, slab
+from helpers import mesh_of_branches, nearest_rows, slab, without_faces
 
 from lbskel import Skeleton, skeletonize
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.blunt_ends import prune_blunt_ends
+from lbskel.refinement.extrema import find_extrema
+from lbskel.refinement.open_ends import NO_CUTS
 from lbskel.shapes import make, mesh_solid, solid_of, sphere
-
-NO_CUTS = np.empty((0, 4))
 
 
 def star(mesh, *ends):
@@ -70,8 +70,26 @@ def test_a_short_branch_to_an_end_of_the_surface_is_kept(tripod):
 
 def test_a_branch_to_a_cut_is_kept():
     skeleton, mesh = with_heel((4.0, 0.0), (-2.0, 4.0))
-    cut = np.array([[-1.2, -0.6, 0.0, 0.8]])
+    cut = np.array([[-1.2, -0.6, 0.0, 0.8, 0.0, 0.0, 0.0]])
     assert pruned(skeleton, mesh, open_ends=cut) is skeleton
+
+
+def test_of_branches_to_the_teeth_of_a_cut_one_is_kept():
+    """A tube cropped by whole faces, whose axis forks before the cut to the two teeth that are its extrema there."""
+    axis = np.array([0.878, 0.083, 0.471])
+    whole = mesh_of_branches([([[0, 0, 0], 12 * axis], 1.0)], step=0.3)
+    along = whole.vertices[whole.faces].mean(axis=1) @ axis
+    tube = without_faces(whole, np.flatnonzero((along < 2) | (along > 10)))
+    found = tube.vertices[find_extrema(tube).vertices]
+    first, second, *_ = found[found @ axis > 9]
+    fork = 9.4 * axis
+    ends = [fork + 0.6 * (tooth - fork) for tooth in (first, second)]
+    nodes = np.stack([*(z * axis for z in (2.5, 5.0, 7.5)), fork, *ends])
+    edges = [[0, 1], [1, 2], [2, 3], [3, 4], [3, 5]]
+    skeleton = Skeleton(nodes, edges, np.ones(6), nearest_rows(tube.vertices, nodes))
+    cut = np.array([[*(10 * axis), 1.0, *(np.pi * axis)]])
+    assert pruned(skeleton, tube) is skeleton
+    assert len(pruned(skeleton, tube, open_ends=cut).tips) == 2
 
 
 @pytest.mark.parametrize(("ratio", "n_tips"), [(3.0, 2), (1.5, 2), (0.5, 3), (0.0, 3)])
