@@ -147,7 +147,7 @@ def refine(
         if anchors is not None:
             skeleton = attach_anchors(skeleton, surface, anchors.vertices, anchors.points, anchors.numbers)
     skeleton = changed("map vertices", _with_own_regions, surface, is_needed=True)
-    return replace(skeleton, mean_radii=tube_radii(skeleton, surface))
+    return replace(skeleton, mean_radii=tube_radii(skeleton, surface, open_ends=body.open_ends))
 
 
 def _without_spurs(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: float) -> Skeleton:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["NO_CUTS", "are_at_rims", "cuts_with_tips", "extend_to_open_ends", "tips_at_open_ends"]
+__all__ = ["NO_CUTS", "are_at_rims", "are_within_cuts", "cuts_with_tips", "extend_to_open_ends", "tips_at_open_ends"]
 
 from dataclasses import replace
 
@@ -89,6 +89,22 @@ def are_at_rims(points: NDArray[np.float64], cuts: NDArray[np.float64]) -> NDArr
     """
     near: NDArray[np.bool_] = (cdist(points, cuts[:, :3]) < RIM_RATIO * cuts[:, 3]).any(axis=1)
     return near
+
+
+def are_within_cuts(points: NDArray[np.float64], cuts: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(k,) whether points are nearer to the center of a cut than half its radius, where only what closes it can be.
+
+    Parameters
+    ----------
+    points : (k, 3) array of float
+    cuts : (c, 7) array of float
+        Center (3) and mean radius (1) of each cut.
+    """
+    are_within = np.zeros(len(points), dtype=bool)
+    if len(cuts):
+        for found in cKDTree(points).query_ball_point(cuts[:, :3], cuts[:, 3] / 2):
+            are_within[found] = True
+    return are_within
 
 
 def extend_to_open_ends(skeleton: Skeleton, surface: Surface, open_ends: NDArray[np.float64]) -> Skeleton:

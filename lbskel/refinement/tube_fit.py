@@ -25,6 +25,7 @@ from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.centering import BENDING_WEIGHT, POSITION_WEIGHT, second_differences
 from lbskel.refinement.centerlines import find_section_centers
 from lbskel.refinement.containment import segments_outside
+from lbskel.refinement.open_ends import NO_CUTS, are_within_cuts
 from lbskel.refinement.radii import axis_directions, mean_axis_distances
 from lbskel.refinement.tubes import Feet, Tubes, feet_on_tubes, nearest_balls_by_power, tubes_around
 from lbskel.refinement.tunnel_sides import keep_sides
@@ -52,7 +53,8 @@ def fit_tubes(skeleton: Skeleton, surface: Surface) -> Skeleton:
 
     Tips move across their branches only, since a cone around the last edge fits the surface as well if it is shorter.
     No node inside leaves the surface, no edge inside leaves a closed one, and none passes a tunnel on another side. No
-    node inside goes to a ball of less than MIN_BALL_SHARE of its own, as a tip would that a tube draws aside.
+    node inside goes to a ball of less than MIN_BALL_SHARE of its own, as a tip would that a tube draws aside. No branch
+    turns back: along a straight tube that narrows and widens, the places of the cones are hardly determined.
 
     Parameters
     ----------
@@ -86,10 +88,12 @@ def fit_tubes(skeleton: Skeleton, surface: Surface) -> Skeleton:
     along = axis_directions(skeleton)[tips]
     moves[tips] -= np.einsum("ki,ki->k", moves[tips], along)[:, None] * along
     nodes = keep_sides(skeleton, skeleton.nodes + moves, surface)
-    return replace(skeleton, nodes=_kept_inside(skeleton, nodes, surface))
+    return replace(skeleton, nodes=_kept_in_order(skeleton, _kept_inside(skeleton, nodes, surface)))
 
 
-def tube_radii(skeleton: Skeleton, surface: Surface) -> NDArray[np.float64]:
+def tube_radii(
+    skeleton: Skeleton, surface: Surface, *, open_ends: NDArray[np.float64] = NO_CUTS
+) -> NDArray[np.float64]:
     """Compute the radii of the round tubes around a skeleton that fit the surface best.
 
     The mean distance of a node's vertices from the axis is the start, and what a node without vertices keeps. It is too
@@ -100,7 +104,9 @@ def tube_radii(skeleton: Skeleton, surface: Surface) -> NDArray[np.float64]:
     skeleton : Skeleton
         With a node for each vertex of the mesh.
     surface : Surface
-        The vertices of its proxy count.
+        The vertices of its proxy count, but for those that close cuts.
+    open_ends : (e, 7) array of float
+        Center (3) and mean radius (1) of each cut, in the coordinates of the surface.
     """
     start = mean_axis_distances(skeleton, surface.mesh.vertices)
     if len(skeleton.edges) == 0:
@@ -108,6 +114,7 @@ def tube_radii(skeleton: Skeleton, surface: Surface) -> NDArray[np.float64]:
     points, areas = surface.proxy.mesh.vertices, surface.proxy.mesh.vertex_areas
     first = tubes_around(skeleton, start, surface.mesh.diameter_bound)
     balls, rows = nearest_balls_by_power(first, points), np.arange(len(points))
+    areas = np.where(are_within_cuts(points, open_ends), 0.0, areas)
     bending = BENDING_WEIGHT * _bending(skeleton, first.radii)
     fixed = bending + diags_array(POSITION_WEIGHT / first.radii**2)
     radii = first.radii
@@ -213,6 +220,19 @@ def _step(
     np.add.at(b, places, of_edge @ (feet.distances[:, None] * gradients))
     step = factorize(coo_array((entries, at), shape=hessian.shape).tocsc()).solve(b, refined=False).reshape(-1, 4)
     return replace(tubes, positions=tubes.positions + step[:, :3], radii=np.maximum(r + step[:, 3], r / 2))
+
+
+def _kept_in_order(skeleton: Skeleton, nodes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(k, 3) new positions, or the old ones of three successive nodes, one of which would pass another on a branch."""
+    kept, triples = np.array(nodes), np.stack(skeleton.triples)
+    olds = np.diff(skeleton.nodes[triples], axis=0)
+    while True:
+        news = np.diff(kept[triples], axis=0)
+        passes = ((olds * news).sum(axis=2) <= 0).any(axis=0) & (news.prod(axis=0).sum(axis=1) <= 0)
+        passes &= (news != olds).any(axis=(0, 2))
+        if not passes.any():
+            return kept
+        kept[triples[:, passes]] = skeleton.nodes[triples[:, passes]]
 
 
 def _kept_inside(skeleton: Skeleton, nodes: NDArray[np.float64], surface: Surface) -> NDArray[np.float64]:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import igl
 import numpy as np
 import pytest
-from helpers import box_mesh, joined, loop_in, path_in
+from helpers import box_mesh, joined, loop_in, path_in, without_faces
 
 from lbskel import Mesh, Skeleton, ground_truth_distances, skeletonize
 from lbskel.geometry.deadline import Deadline, OutOfTime
@@ -14,7 +14,7 @@ from lbskel.refinement.containment import segments_outside
 from lbskel.refinement.radii import mean_axis_distances
 from lbskel.refinement.region_map import nearest_balls
 from lbskel.refinement.tube_fit import _along_gaps, _kept_inside, fit_tubes, tube_radii
-from lbskel.shapes import capsule, make, mesh_solid, solid_of, torus, with_local_noise
+from lbskel.shapes import capsule, cylinder, make, mesh_solid, solid_of, torus, tube, with_local_noise
 from lbskel.shapes.hard import HARD_SHAPES
 
 
@@ -169,6 +169,31 @@ def test_radii_of_a_bulge_are_those_of_its_tubes():
     found, means = tube_radii(path, Surface(mesh)), mean_axis_distances(path, mesh.vertices)
     assert np.abs(found / radii - 1).max() < 0.1  # bending rounds the corners of the profile
     assert np.abs(found - radii).mean() < 0.5 * np.abs(means - radii).mean()
+
+
+def test_what_closes_a_cut_does_not_count_for_radii():
+    """Whose vertex is on the axis."""
+    skeleton = skeletonize(cylinder(1.0, 12.0, 24, 40))
+    assert skeleton.mean_radii == pytest.approx(np.ones(len(skeleton.nodes)), abs=0.01)
+    pipe = cylinder(1.0, 12.0, 24, 40)
+    with_center = Mesh(np.append(pipe.vertices, [[0, 0, 6.0]], axis=0), pipe.faces)
+    path = path_in(with_center, bent_path(np.linspace(-6, 6, 25), np.zeros(25)))
+    cut = np.array([[0, 0, 6.0, 1.0, 0, 0, np.pi]])
+    assert tube_radii(path, Surface(with_center), open_ends=cut)[-1] == pytest.approx(1.0, abs=0.02)
+
+
+@pytest.mark.parametrize("narrowest", [0.15, 0.4])
+def test_no_branch_turns_back_where_a_straight_tube_narrows_and_widens(narrowest):
+    """A vessel with a stenosis."""
+    x = np.linspace(0, 40, 160)
+    radii = 2 - (2 - narrowest) * np.exp(-(((x - 20) / 3) ** 2))
+    vessel = tube(np.outer(x, [1, 0, 0]), radii)
+    is_cap = (vessel.vertices[vessel.faces] @ [1, 0, 0] % 40 == 0).all(axis=1)
+    skeleton = skeletonize(without_faces(vessel, np.flatnonzero(is_cap)))
+    (branch,) = skeleton.branches
+    steps = np.diff(skeleton.nodes[branch, 0])
+    assert (steps * steps[0] > 0).all()
+    assert skeleton.length == pytest.approx(40, abs=0.01)
 
 
 def test_noise_changes_radii_less_than_it_does_the_mean_distances():
