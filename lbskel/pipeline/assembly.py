@@ -94,6 +94,11 @@ def assemble(skeletons: Sequence[Skeleton], prepared: PreparedMesh) -> Skeleton:
     return reroot_by_thickness(joined)
 
 
+def no_edits() -> dict[str, Any]:
+    """Count the edits of a graph that has none yet, in the form in which :func:`join_components` and others count."""
+    return {"pieces_joined": 0, "joining_edges": [], "loops_opened": 0}
+
+
 def body_report(
     body: Body, contraction: Contraction, graph: CollapsedGraph | None, skeleton: Skeleton
 ) -> dict[str, Any]:

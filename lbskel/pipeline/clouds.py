@@ -63,6 +63,7 @@ def skeletonize_cloud(
     root: Any = None,
     preprocess: str | Pipeline | None = "auto",
     join: str = "pieces",
+    radius_kind: str = "inscribed",
     timer: StageTimer,
 ) -> Skeleton:
     """Make the skeleton of the surface through a cloud, with a node for every point.
@@ -72,7 +73,7 @@ def skeletonize_cloud(
     cloud : PointCloud
     skeletonize : callable
         Makes the skeleton of a mesh.
-    anchors, root, preprocess, join
+    anchors, root, preprocess, join, radius_kind
         As for :func:`lbskel.skeletonize`, where ``preprocess`` is a preparation of clouds, not a pipeline of meshes.
     timer : StageTimer
 
@@ -99,18 +100,20 @@ def skeletonize_cloud(
     to_node = surface.vertex_map.compose(VertexMap(skeleton.node_of_vertex)).complete(cloud.points, skeleton.nodes)
     mapped = replace(skeleton, node_of_vertex=to_node.indices)
     if join == "pieces":
-        mapped = _with_joined_pieces(mapped, points, keeps_root=root is not None)
+        mapped = _with_joined_pieces(mapped, points)
     # without outliers; 0 in a component without points
     means = mean_axis_distances(mapped, cloud.points, surface.vertex_map.is_mapped)
     means = np.where(means > 0, means, mapped.mean_radii)
     # the surface is a guess between the points, the more so where it is a tube around those of a thin limb
     mapped = replace(mapped, radii=np.minimum(mapped.radii, means), mean_radii=means)
+    if root is None:
+        mapped = reroot_by_thickness(mapped, radius_kind)
     neighbors = points.source_neighbors(SCORED_NEIGHBORS)
     scored = timer.optional("score points", lambda _: score_cloud(mapped, cloud, neighbors), None, is_needed=True)
     return replace(mapped, report=_report(mapped, cloud, surface, scored, timer, timer.skipped[n_skipped:]))
 
 
-def _with_joined_pieces(skeleton: Skeleton, points: CleanedPoints, *, keeps_root: bool) -> Skeleton:
+def _with_joined_pieces(skeleton: Skeleton, points: CleanedPoints) -> Skeleton:
     """Join components with neighboring points: the surface of a thin limb may break where the points go on."""
     if skeleton.n_components == 1:
         return skeleton
@@ -126,9 +129,7 @@ def _with_joined_pieces(skeleton: Skeleton, points: CleanedPoints, *, keeps_root
     for number in np.flatnonzero(np.bincount(part) > 1):
         is_joinable = np.isin(np.arange(joined.n_components), joined.component_of_node[first[part == number]])
         joined = join_components(joined, reach=JOIN_REACH, max_angle=JOIN_ANGLE, is_joinable=is_joinable)
-    n_joined = skeleton.report["pieces_joined"] + k - joined.n_components
-    joined = replace(joined, report=skeleton.report | {"pieces_joined": n_joined})
-    return joined if keeps_root else reroot_by_thickness(joined)
+    return joined
 
 
 def _on_surface(place: Any, cloud: PointCloud, surface: PreprocessResult) -> Any:

@@ -28,7 +28,7 @@ from lbskel.geometry.point_stars import distinct_points
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.operators import STAR_OPERATORS
 from lbskel.pipeline.anchoring import index_of_point, listed_anchors
-from lbskel.pipeline.assembly import contraction_report, skipped_notes
+from lbskel.pipeline.assembly import contraction_report, no_edits, skipped_notes
 from lbskel.pipeline.environment import are_kernels_compiled, versions
 from lbskel.pipeline.profiling import StageTimer
 from lbskel.preprocess.point_cleaning import CleanedPoints, clean_points
@@ -71,8 +71,8 @@ def skeletonize_points(
         Of a mesh, its vertices.
     settings : ContractionSettings
     given : mapping
-        The options ``min_branch_ratio``, ``tip_position``, ``join`` and ``min_loop`` of :func:`lbskel.skeletonize`,
-        None where the caller gave none.
+        The options ``min_branch_ratio``, ``tip_position``, ``join``, ``min_loop`` and ``radius_kind`` of
+        :func:`lbskel.skeletonize`, None where the caller gave none.
     anchors, root, n_nodes, preprocess
         As for :func:`lbskel.skeletonize`, except that there may be no anchors, and ``preprocess="auto"`` only merges
         duplicates, as the published method has no other preprocessing.
@@ -103,21 +103,22 @@ def skeletonize_points(
         graph = collapse(contraction)
     to_node = cleaned.vertex_map.pull_back(graph.node_of_vertex)
     to_node = VertexMap(to_node).complete(cloud.points, graph.nodes).indices
-    whole = Skeleton(graph.nodes, graph.edges, np.zeros(len(graph.nodes)), to_node)
+    whole = Skeleton(graph.nodes, graph.edges, np.zeros(len(graph.nodes)), to_node, report=no_edits())
     skeleton = _with_radii(whole, cloud, cleaned.vertex_map.is_mapped)
-    n_cycles, n_parts = skeleton.cycle_rank, skeleton.n_components
     if given.get("join") == "all":
         skeleton = join_components(skeleton)
     if given.get("min_loop"):
         skeleton = open_short_loops(skeleton, given["min_loop"])
-    counts = {"pieces_joined": n_parts - skeleton.n_components, "loops_opened": n_cycles - skeleton.cycle_rank}
-    skeleton = reroot_by_thickness(skeleton if n_nodes is None else resample(skeleton, n_nodes=n_nodes))
-    if place is not None:
+    if n_nodes is not None:
+        skeleton = resample(skeleton, n_nodes=n_nodes)
+    if place is None:
+        skeleton = reroot_by_thickness(skeleton, given.get("radius_kind") or "inscribed")
+    else:
         skeleton = reroot(skeleton, _node_at(place, skeleton))
     if contraction.status is Status.TIME_LIMIT:
         timer.skip("contract")
     with timer("score"):
-        scored = score_points(replace(skeleton, report=counts), cloud) if timer.has_time_for("score") else None
+        scored = score_points(skeleton, cloud) if timer.has_time_for("score") else None
     body = {
         "vertices": len(cleaned.points),
         "faces": 0,
@@ -138,7 +139,7 @@ def skeletonize_points(
         "versions": dict(versions()),
         "kernels_compiled": are_kernels_compiled(),
         "preprocess": {"steps": [cleaned.report]},
-        **counts,
+        **skeleton.report,
     } | ({"megabytes": dict(timer.megabytes)} if timer.measures_memory else {})
     return replace(skeleton, report=report)
 

@@ -26,7 +26,7 @@ from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.io import as_shape
 from lbskel.operators import Operator
 from lbskel.pipeline.anchoring import resolve_anchors
-from lbskel.pipeline.assembly import assemble, full_report
+from lbskel.pipeline.assembly import assemble, full_report, no_edits
 from lbskel.pipeline.bodies import skeletonize_body
 from lbskel.pipeline.clouds import skeletonize_cloud
 from lbskel.pipeline.evaluation import score_prepared
@@ -43,7 +43,7 @@ from lbskel.skeleton.editing import reroot
 from lbskel.skeleton.joining import JOIN_ANGLE, JOIN_REACH, join_components
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO, prune
 from lbskel.skeleton.resampling import require_number_of_nodes, resample
-from lbskel.skeleton.root import reroot_by_thickness
+from lbskel.skeleton.root import reroot_by_thickness, with_mean_radii
 from lbskel.skeleton.short_loops import open_short_loops
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -177,12 +177,14 @@ def skeletonize(
     elif isinstance(shape, PointCloud):
         of_mesh = partial(_skeletonize_mesh, settings=settings, options=options, is_scored=False)
         of_mesh = partial(of_mesh, simplify=simplify, n_nodes=n_nodes, memory_limit=memory_limit)
-        skeleton = skeletonize_cloud(shape, of_mesh, **places, join=options["join"], timer=timer)
+        skeleton = skeletonize_cloud(
+            shape, of_mesh, **places, join=options["join"], radius_kind=options["radius_kind"], timer=timer
+        )
     else:
         limits = {"simplify": simplify, "n_nodes": n_nodes, "memory_limit": memory_limit}
         skeleton = _skeletonize_mesh(shape, settings=settings, options=options, **limits, **places, timer=timer)
     if options["radius_kind"] == "mean":
-        skeleton = replace(skeleton, radii=skeleton.mean_radii, radius_kind="mean")
+        return with_mean_radii(skeleton)
     return skeleton
 
 
@@ -220,53 +222,36 @@ def _skeletonize_mesh(
     by_body = [of_body(body) for body in prepared.bodies] if len(located.vertices) else None
     results = by_body or skeletonize_bodies(prepared.bodies, of_body)
     skeletons, reports = [skeleton for skeleton, _ in results], [report for _, report in results]
-    skeleton, joining_edges = _joined(assemble(skeletons, prepared), skeletons, prepared, options["join"])
-    n_cycles = skeleton.cycle_rank
+    assembled = replace(assemble(skeletons, prepared), report=no_edits())
+    skeleton = _joined(assembled, skeletons, prepared, options["join"])
     if options["min_loop"] > 0:
         with timer("open loops"):
             skeleton = open_short_loops(skeleton, options["min_loop"])
-    counts = {
-        "pieces_joined": len(joining_edges),
-        "joining_edges": joining_edges,
-        "loops_opened": n_cycles - skeleton.cycle_rank,
-    }
     if ratio > MIN_BRANCH_RATIO:
         with timer("prune"):
             skeleton = prune(skeleton, prepared.source, min_branch_ratio=ratio)
     if n_nodes is not None:
-        skeleton = reroot_by_thickness(resample(replace(skeleton, report=counts), n_nodes=n_nodes))
-    if root is not None:
+        skeleton = resample(skeleton, n_nodes=n_nodes)
+    if root is None:
+        skeleton = reroot_by_thickness(skeleton, options["radius_kind"])
+    else:
         skeleton = reroot(skeleton, nearest_node(skeleton, root, prepared.source))
-    counted = replace(skeleton, report=counts)
     scored = None
     if is_scored:
         scored = timer.optional(
-            "score", lambda end: score_prepared(counted, prepared, deadline=end), None, is_needed=True
+            "score", lambda end: score_prepared(skeleton, prepared, deadline=end), None, is_needed=True
         )
-    return replace(skeleton, report=full_report(prepared, settings, reports, scored, timer) | counts)
+    return replace(skeleton, report=full_report(prepared, settings, reports, scored, timer) | skeleton.report)
 
 
-def _joined(
-    skeleton: Skeleton, parts: Sequence[Skeleton], prepared: PreparedMesh, join: str
-) -> tuple[Skeleton, list[list[list[float]]]]:
-    """Join the graphs of the bodies: all, or those of surfaces that were not closed, which may be pieces of one.
-
-    Returns
-    -------
-    skeleton : Skeleton
-    joining_edges : list of [[x, y, z], [x, y, z]]
-        The ends of each edge that was added.
-    """
+def _joined(skeleton: Skeleton, parts: Sequence[Skeleton], prepared: PreparedMesh, join: str) -> Skeleton:
+    """Join the graphs of the bodies: all, or those of surfaces that were not closed, which may be pieces of one."""
     is_piece = np.array([body.is_piece for body in prepared.bodies])
     if join == "none" or len(parts) == 1 or (join == "pieces" and np.count_nonzero(is_piece) < 2):
-        return skeleton, []
+        return skeleton
     if join == "all":
-        joined = join_components(skeleton)
-    else:
-        first = prepared.frame.from_unit(np.array([part.nodes[0] for part in parts]))
-        is_joinable = np.zeros(skeleton.n_components, dtype=bool)
-        is_joinable[skeleton.component_of_node[cKDTree(skeleton.nodes).query(first)[1]]] = is_piece
-        joined = join_components(skeleton, reach=JOIN_REACH, max_angle=JOIN_ANGLE, is_joinable=is_joinable)
-    i, j = joined.edges.T
-    is_added = skeleton.component_of_node[i] != skeleton.component_of_node[j]
-    return reroot_by_thickness(joined), joined.nodes[joined.edges[is_added]].tolist()
+        return join_components(skeleton)
+    first = prepared.frame.from_unit(np.array([part.nodes[0] for part in parts]))
+    is_joinable = np.zeros(skeleton.n_components, dtype=bool)
+    is_joinable[skeleton.component_of_node[cKDTree(skeleton.nodes).query(first)[1]]] = is_piece
+    return join_components(skeleton, reach=JOIN_REACH, max_angle=JOIN_ANGLE, is_joinable=is_joinable)

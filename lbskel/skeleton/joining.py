@@ -1,4 +1,4 @@
-"""Joining the components of a skeleton to one graph by the shortest possible edges.
+"""Joining the components of a skeleton to one graph by the shortest possible edges, which its report lists.
 
 The added edges are those of the minimum spanning tree between the components (Kruskal 1956,
 https://doi.org/10.1090/S0002-9939-1956-0078686-7). Candidates are the shortest edges to the largest component,
@@ -8,7 +8,14 @@ Hoey 1975, https://doi.org/10.1109/SFCS.1975.8).
 
 from __future__ import annotations
 
-__all__ = ["JOIN_ANGLE", "JOIN_REACH", "join_components", "joining_by_report", "without_joining_edges"]
+__all__ = [
+    "JOIN_ANGLE",
+    "JOIN_REACH",
+    "join_components",
+    "joining_by_report",
+    "with_present_joining_edges",
+    "without_joining_edges",
+]
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -59,6 +66,12 @@ def join_components(
     is_joinable : (c,) array_like of bool, optional
         Which components may be joined, in the order of ``component_of_node``; all by default.
 
+    Returns
+    -------
+    Skeleton
+        Its report counts the pairs in ``pieces_joined``, and has the ends of the edges in ``joining_edges``, so that
+        :func:`lbskel.score` and later edits leave these out.
+
     Raises
     ------
     UnknownChoice
@@ -101,7 +114,11 @@ def join_components(
     # ranks replace lengths as weights, since csgraph takes a weight of zero for a missing edge
     tree = minimum_spanning_tree(weighted_graph(joined[first], first + 1.0, n)).tocoo()
     chosen = order[first[np.searchsorted(key, tree.row.astype(np.int64) * n + tree.col)]]
-    return replace(skeleton, edges=np.concatenate([skeleton.edges, np.stack([i[chosen], j[chosen]], axis=1)]))
+    added = np.stack([i[chosen], j[chosen]], axis=1)
+    report = dict(skeleton.report)
+    report["pieces_joined"] = report.get("pieces_joined", 0) + len(added)
+    report["joining_edges"] = [*report.get("joining_edges", []), *skeleton.nodes[added].tolist()]
+    return replace(skeleton, edges=np.concatenate([skeleton.edges, added]), report=report)
 
 
 def joining_by_report(skeleton: Skeleton) -> NDArray[np.bool_] | None:
@@ -119,8 +136,30 @@ def joining_by_report(skeleton: Skeleton) -> NDArray[np.bool_] | None:
     return is_among(np.sort(skeleton.edges, axis=1) @ numbers, np.sort(ends, axis=1) @ numbers)
 
 
+def with_present_joining_edges(before: Skeleton, after: Skeleton) -> Skeleton:
+    """Leave out of the report of an edited skeleton the edges between bodies that the edit has removed.
+
+    Parameters
+    ----------
+    before, after : Skeleton
+        ``after`` has some of the nodes of ``before``, where they were.
+    """
+    is_joining = joining_by_report(before)
+    if is_joining is None or not is_joining.any():
+        return after
+    ends = before.nodes[before.edges[is_joining]]
+    distances, nodes = cKDTree(after.nodes).query(ends)
+    numbers = np.array([len(after.nodes), 1])
+    is_present = is_among(np.sort(nodes, axis=1) @ numbers, np.sort(after.edges, axis=1) @ numbers)
+    present = ends[(distances == 0).all(axis=1) & is_present].tolist()
+    return replace(after, report=after.report | {"pieces_joined": len(present), "joining_edges": present})
+
+
 def without_joining_edges(edit: Callable[[Skeleton], Skeleton], skeleton: Skeleton) -> Skeleton:
-    """Edit the branches of a skeleton, but not the edges that joined its bodies, which lie outside of these.
+    """Edit the branches of a skeleton, but neither its first node nor the edges that joined its bodies.
+
+    The first node is the root of a tree, and may be within a branch, as the soma of a bipolar neuron is. What joins
+    bodies lies outside of these.
 
     Parameters
     ----------
@@ -130,10 +169,13 @@ def without_joining_edges(edit: Callable[[Skeleton], Skeleton], skeleton: Skelet
         Its report tells which edges joined bodies; where it does not, all edges are edited.
     """
     is_joining = joining_by_report(skeleton)
-    if is_joining is None or not is_joining.any():
+    if is_joining is None:
+        is_joining = np.zeros(len(skeleton.edges), dtype=bool)
+    if len(skeleton.nodes) == 0 or not (is_joining.any() or skeleton.degrees[0] == 2):
         return edit(skeleton)
     ends = skeleton.edges[is_joining]
-    held = replace(skeleton, edges=skeleton.edges[~is_joining], anchors=np.union1d(skeleton.anchors, ends))
+    anchors = np.union1d(np.append(skeleton.anchors, 0), ends)
+    held = replace(skeleton, edges=skeleton.edges[~is_joining], anchors=anchors)
     edited = edit(held)
     number = np.zeros(len(skeleton.nodes), dtype=np.int64)
     number[held.anchors] = edited.anchors

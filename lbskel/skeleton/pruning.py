@@ -28,6 +28,7 @@ from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.sorting import group_medians, stable_float_order
 from lbskel.skeleton.editing import contract_branches, contract_nodes
+from lbskel.skeleton.joining import with_present_joining_edges
 from lbskel.skeleton.skeleton import Skeleton
 
 MIN_BRANCH_RATIO = 1.5  # default distance from its junction that an end branch reaches, in local radii; a guess
@@ -104,6 +105,7 @@ def prune(skeleton: Skeleton, mesh: Any, *, min_branch_ratio: float = MIN_BRANCH
             f"prune needs the mesh that the skeleton's node_of_vertex belongs to: the map has "
             f"{len(skeleton.node_of_vertex)} vertices and the mesh {len(mesh.vertices)}"
         )
+    before = skeleton
     is_counted = ~find_crumbs(mesh)[mesh.component_of_vertex[mesh.faces[:, 0]]]
     if 0 < np.count_nonzero(is_counted) < len(is_counted):
         mesh = Mesh(mesh.vertices, mesh.faces[is_counted])
@@ -112,7 +114,7 @@ def prune(skeleton: Skeleton, mesh: Any, *, min_branch_ratio: float = MIN_BRANCH
         is_anchor[skeleton.anchors] = True
         ends = [branch for branch in skeleton.end_branches if not is_anchor[branch[1:]].any()]
         if not ends:
-            return skeleton
+            return with_present_joining_edges(before, skeleton)
         junctions = np.array([b[0] for b in ends])
         ratios = farthest_vertices(skeleton, mesh, ends)[1] / np.maximum(skeleton.radii[junctions], 1e-300)
         order = np.lexsort((ratios, junctions))
@@ -121,7 +123,7 @@ def prune(skeleton: Skeleton, mesh: Any, *, min_branch_ratio: float = MIN_BRANCH
         shortest = order[rank < skeleton.degrees[junctions[order]] - 2]
         short = shortest[ratios[shortest] <= min_branch_ratio]
         if len(short) == 0:
-            return skeleton
+            return with_present_joining_edges(before, skeleton)
         skeleton = contract_branches(skeleton, [ends[end] for end in short.tolist()])
 
 

@@ -5,7 +5,9 @@ The thickest tip is the inlet of a vessel tree, the trunk of a plant, the cut en
 
 from __future__ import annotations
 
-__all__ = ["find_roots", "find_soma", "is_in_soma", "reroot_by_thickness"]
+__all__ = ["find_roots", "find_soma", "is_in_soma", "reroot_by_thickness", "with_mean_radii"]
+
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +29,7 @@ MIN_SOMA_RATIO = 4.0
 MIN_SOMA_RATIO_OF_TUBES = 3.0
 
 
-def reroot_by_thickness(skeleton: Skeleton) -> Skeleton:
+def reroot_by_thickness(skeleton: Skeleton, radius_kind: str = "inscribed") -> Skeleton:
     """Reorder the nodes so that the soma comes first, or the thickest tip where there is no soma.
 
     The first node stays where there is neither. An empty skeleton is returned as it is.
@@ -35,14 +37,28 @@ def reroot_by_thickness(skeleton: Skeleton) -> Skeleton:
     Parameters
     ----------
     skeleton : Skeleton
+        With inscribed radii, and with mean ones if these count.
+    radius_kind : str
+        Which radii count.
     """
     if len(skeleton.nodes) == 0:
         return skeleton
-    soma = find_soma(skeleton)
-    if soma is None:
-        roots = find_roots(skeleton)
-        soma = int(roots[np.argmax(_known_radii(skeleton)[roots] * (skeleton.degrees[roots] == 1))])
-    return reroot(skeleton, soma)
+    measured = with_mean_radii(skeleton) if radius_kind == "mean" else skeleton
+    root = find_soma(measured)
+    if root is None:
+        roots = find_roots(measured)
+        root = int(roots[np.argmax(_known_radii(measured)[roots] * (measured.degrees[roots] == 1))])
+    return reroot(skeleton, root)
+
+
+def with_mean_radii(skeleton: Skeleton) -> Skeleton:
+    """Put the mean radii in the place of the inscribed ones.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    """
+    return replace(skeleton, radii=skeleton.mean_radii, radius_kind="mean")
 
 
 def find_roots(skeleton: Skeleton) -> NDArray[np.int64]:

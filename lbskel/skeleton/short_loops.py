@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from lbskel.errors import UnknownChoice, is_number
 from lbskel.geometry.normals import vector_lengths
 from lbskel.skeleton.editing import contract_nodes
+from lbskel.skeleton.joining import with_present_joining_edges
 from lbskel.skeleton.skeleton import Skeleton
 
 MIN_RADIUS = 0.25  # lower bound on the radius that divides a length, in median radii of the branch; a guess
@@ -35,6 +36,11 @@ def open_short_loops(skeleton: Skeleton, min_loop: float) -> Skeleton:
         Length of a loop, in local radii along it, below which it is opened. The ring around a tunnel as wide as
         its tube is thick has a length of 4 pi radii.
 
+    Returns
+    -------
+    Skeleton
+        Its report counts the loops in ``loops_opened``, which :func:`lbskel.score` does not miss then.
+
     Raises
     ------
     UnknownChoice
@@ -50,12 +56,17 @@ def open_short_loops(skeleton: Skeleton, min_loop: float) -> Skeleton:
     """
     if not (is_number(min_loop) and min_loop >= 0):
         raise UnknownChoice(f"min_loop must be a number of local radii, 0 or more, not {min_loop!r}")
-    while skeleton.cycle_rank and min_loop > 0:
-        removed = _branches_to_remove(skeleton, min_loop)
+    opened = skeleton
+    while opened.cycle_rank and min_loop > 0:
+        removed = _branches_to_remove(opened, min_loop)
         if not removed:
             break
-        skeleton = _without_branches(skeleton, removed)
-    return skeleton
+        opened = _without_branches(opened, removed)
+    n_opened = skeleton.cycle_rank - opened.cycle_rank
+    if n_opened == 0:
+        return skeleton
+    report = skeleton.report | {"loops_opened": skeleton.report.get("loops_opened", 0) + n_opened}
+    return with_present_joining_edges(skeleton, replace(opened, report=report))
 
 
 def _branches_to_remove(skeleton: Skeleton, min_loop: float) -> list[NDArray[np.int64]]:

@@ -8,7 +8,17 @@ import pytest
 from helpers import joined, moved
 from scipy.spatial.distance import cdist
 
-from lbskel import Skeleton, UnknownChoice, join_components, resample, score, simplify_branches, skeletonize
+from lbskel import (
+    Mesh,
+    Skeleton,
+    UnknownChoice,
+    join_components,
+    prune,
+    resample,
+    score,
+    simplify_branches,
+    skeletonize,
+)
 from lbskel.shapes import torus
 from lbskel.skeleton.joining import joining_by_report, without_joining_edges
 
@@ -151,9 +161,48 @@ def test_edges_that_join_bodies_are_not_edited(edit, rod_and_ring):
     assert score(edited, mesh).inside_fraction == 1
 
 
+@pytest.mark.parametrize("edit", [partial(resample, n_nodes=4), partial(resample, spacing=3.0), simplify_branches])
+def test_the_first_node_stays_within_a_branch(edit):
+    """As the soma of a bipolar neuron, which is the root."""
+    nodes = [[0, 0, 0], [-1, 0, 0], [-2, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]]
+    edited = edit(Skeleton(nodes, [[0, 1], [1, 2], [0, 3], [3, 4], [4, 5]], [2, 1, 1, 1, 1, 1], anchors=[4]))
+    assert (edited.nodes[0].tolist(), edited.radii[0], edited.degrees[0]) == ([0, 0, 0], 2, 2)
+    assert edited.nodes[edited.anchors].tolist() == [[2, 0, 0]]
+
+
 def test_anchors_stay_where_edges_are_set_aside(rod_and_ring):
     skeleton = replace(rod_and_ring[1], anchors=[3])
     resampled = without_joining_edges(partial(resample, spacing=0.3), skeleton)
     assert np.array_equal(resampled.nodes[resampled.anchors], skeleton.nodes[[3]])
     unknown = replace(skeleton, report={})
     assert without_joining_edges(lambda given: given, unknown) is unknown
+
+
+def test_edges_that_were_added_are_told_to_the_score_and_to_later_edits(rod_and_ring):
+    """As the option does."""
+    bodies, whole = rod_and_ring
+    apart = skeletonize(bodies, join="none")
+    once = join_components(apart)
+    assert (once.report["pieces_joined"], len(once.report["joining_edges"])) == (1, 1)
+    assert joining_by_report(once).sum() == 1
+    assert score(once, bodies).report() == score(whole, bodies).report()
+    assert apart.report["pieces_joined"] == 0
+
+
+def test_joining_again_adds_to_the_report():
+    path = Skeleton(
+        [[0, 0, 0], [1, 0, 0], [3, 0, 0], [4, 0, 0], [9, 0, 0], [10, 0, 0]], [[0, 1], [2, 3], [4, 5]], [1] * 6
+    )
+    whole = join_components(join_components(path, reach=1.0))
+    assert whole.report == {"pieces_joined": 2, "joining_edges": [[[1, 0, 0], [3, 0, 0]], [[4, 0, 0], [9, 0, 0]]]}
+
+
+def test_an_edge_between_bodies_that_is_pruned_is_no_longer_reported():
+    """A short twig on a thick rod is a body of its own."""
+    nodes = [[-3, 0, 0], [1, 0, 0], [2, 0, 0], [1, 1, 0], [1, 1.5, 0], [3, 0, 0], [4, 0, 0]]
+    pieces = Skeleton(nodes, [[0, 1], [1, 2], [3, 4], [5, 6]], [1, 1, 1, 0.1, 0.1, 1, 1], np.arange(7))
+    mesh = Mesh(np.array(nodes), [[0, 1, 3], [1, 2, 3], [2, 3, 4], [2, 5, 6]])
+    pruned = prune(join_components(pieces), mesh, min_branch_ratio=1.6)
+    assert (len(pruned.tips), pruned.report["pieces_joined"]) == (2, 1)
+    assert pruned.report["joining_edges"] == [[[2, 0, 0], [3, 0, 0]]]
+    assert joining_by_report(pruned).sum() == 1

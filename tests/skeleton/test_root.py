@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from lbskel import Skeleton, skeletonize
-from lbskel.shapes import tube
-from lbskel.skeleton.root import find_roots, find_soma, is_in_soma, reroot_by_thickness
+from lbskel.shapes import mesh_solid, solid_of, tube
+from lbskel.skeleton.root import find_roots, find_soma, is_in_soma, reroot_by_thickness, with_mean_radii
 
 
 def neuron(ratio, *, length=30, at=7):
@@ -106,6 +106,28 @@ def test_the_root_of_a_cell_is_in_its_soma_by_mean_radii_too(cell):
     skeleton = skeletonize(cell, preset="neuron")
     assert skeleton.radius_kind == "mean"
     assert is_in_soma(skeleton, 0)
+
+
+def test_the_root_is_that_of_the_radii_that_are_asked_for():
+    """Half as thick as four times its branches by inscribed radii, which are smaller than the tubes."""
+    nodes = [[-9, 0, 0], [-4, 0, 0], [0, 0, 0], [4, 0, 0], [9, 0, 0]]
+    edges = [[0, 1], [1, 2], [2, 3], [3, 4]]
+    cell = Skeleton(nodes, edges, [1, 0.5, 1.5, 0.5, 0.9], mean_radii=[1, 0.5, 1.5, 0.5, 1.1])
+    assert reroot_by_thickness(cell).nodes[0].tolist() == [-9, 0, 0]
+    assert reroot_by_thickness(cell, "mean").nodes[0].tolist() == [0, 0, 0]
+    assert find_soma(with_mean_radii(cell)) == 2
+
+
+def test_the_root_is_chosen_after_branches_are_pruned():
+    """The thick inlet is short."""
+    arms = [
+        (np.array([[0, 0, 0], end]), radius)
+        for end, radius in (((0, 0, -5), 2.0), ((20, 0, 12), 1.6), ((-20, 0, 12), 1.2))
+    ]
+    vessel = mesh_solid(solid_of(arms), n_vertices=3000)
+    whole, pruned = skeletonize(vessel), skeletonize(vessel, min_branch_ratio=4.5)
+    assert (whole.nodes[0, 2] < 0, len(whole.tips)) == (True, 3)
+    assert (pruned.nodes[0, 0] > 15, pruned.degrees[0], len(pruned.tips)) == (True, 1, 2)
 
 
 def test_a_skeleton_without_a_soma_begins_at_its_thickest_tip(tripod):

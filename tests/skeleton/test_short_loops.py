@@ -110,6 +110,7 @@ def test_only_small_handles_of_a_mesh_are_opened_and_the_score_does_not_fail_for
     kept, opened = skeletonize(given), skeletonize(given, min_loop=30.0)
     assert (kept.cycle_rank, kept.report["loops_opened"]) == (2, 0)
     assert (opened.cycle_rank, opened.report["loops_opened"]) == (1, 1)
+    assert open_short_loops(kept, 14).report["loops_opened"] == 1
     assert (opened.n_components, len(opened.tips)) == (2, 2)
     assert opened.report["score"]["measures"]["extra_cycles"] == 0
     assert opened.report["score"]["verdicts"]["extra_cycles"] == "pass"
