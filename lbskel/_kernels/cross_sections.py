@@ -119,12 +119,12 @@ class SectionCurves:
         measures: cython.double[:, ::1] = measures_array
         with cython.nogil:
             for i in range(k):
-                self.point, self.frame = points[i], frames[i]
+                self.point, self.frame, self.n_segments, self.n_points, searched = points[i], frames[i], 0, 0, -1.0
                 self.a, self.b, self.c = frames[i, 2, 0], frames[i, 2, 1], frames[i, 2, 2]
                 self.offset = self.a * points[i, 0] + self.b * points[i, 1] + self.c * points[i, 2]
                 reach = FIRST_REACH * self._distance_to_nearby_vertex() or INFINITY  # 0 at a vertex
-                self.n_segments, self.n_points, searched = 0, 0, -1.0
                 while True:
+                    reach = min(reach, max_reaches[i])
                     self._cut_within(reach * reach, searched)
                     self._sum_curves(labels[i])
                     best = self._best()
@@ -132,7 +132,7 @@ class SectionCurves:
                         if best >= 0:
                             self._write_measures(best, measures[i])
                         break
-                    if reach > max_reaches[i]:
+                    if reach >= max_reaches[i]:
                         break
                     searched, reach = reach * reach, REACH_GROWTH * reach
         return measures_array

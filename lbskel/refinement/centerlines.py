@@ -25,8 +25,8 @@ from lbskel.skeleton.skeleton import Skeleton
 
 MIN_OWN_SHARE = 0.95  # of a section's length on faces of its own branch or of a junction; a guess,
 # benchmarks/results/constants.md
-# Upper bound on the radius of a section in the half of a branch next to a junction, relative to the largest before it
-# there: successive sections of rough branches differ by more. Rows "growth of" in benchmarks/results/refinement.md
+# Upper bound on the radius of a section in the half of a branch next to a junction, relative to the largest before it:
+# successive sections of rough branches differ by more. Rows "growth of" in benchmarks/results/refinement.md
 MAX_GROWTH = 1.2
 TANGENT_REACH = 0.5  # in radii, to both sides, as far as the nodes of a round branch are apart: over less, the
 # centroid of a wide section and the tangent across which it is cut would turn each other
@@ -67,7 +67,7 @@ def find_section_centers(skeleton: Skeleton, surface: Surface) -> SectionCenters
         tangents[at],
         face_labels=face_labels,
         labels=branch_of[at],
-        max_reaches=_distances_to_farthest(skeleton, at, surface),  # farther away, nothing is their own
+        max_reaches=_reaches(skeleton, at, surface),  # farther away, nothing is their own
         deadline=surface.deadline,
     )
     is_own, radii = np.zeros(len(skeleton.nodes), dtype=bool), np.zeros(len(skeleton.nodes))
@@ -78,17 +78,21 @@ def find_section_centers(skeleton: Skeleton, surface: Surface) -> SectionCenters
     return SectionCenters(is_known, positions)
 
 
-def _distances_to_farthest(skeleton: Skeleton, nodes: NDArray[np.int64], surface: Surface) -> NDArray[np.float64]:
-    """(k,) distance from each node to the farthest corner of the box around the vertices of its branch and its ends."""
-    V, number = surface.mesh.vertices, skeleton.node_of_vertex
-    lows, highs = (np.full((3, len(skeleton.nodes)), sign * np.inf) for sign in (1, -1))
-    for low, high, x in zip(lows, highs, V.T, strict=True):  # ufunc.at takes a fifth of the time for single columns
-        np.minimum.at(low, number, x)
-        np.maximum.at(high, number, x)
-    along, begins = skeleton.flat_branches
-    low, high = np.minimum.reduceat(lows.T[along], begins[:-1]), np.maximum.reduceat(highs.T[along], begins[:-1])
-    P, branch = skeleton.nodes[nodes], skeleton.branch_of_node[nodes]
-    distances: NDArray[np.float64] = vector_lengths(np.maximum(np.maximum(high[branch] - P, P - low[branch]), 0.0))
+def _reaches(skeleton: Skeleton, nodes: NDArray[np.int64], surface: Surface) -> NDArray[np.float64]:
+    """(k,) upper bound on the distance from each node to the faces of its branch and its ends.
+
+    These are in a ball around the mean of the branch's nodes, so that the bound does not depend on the pose.
+    """
+    extents, (V, F) = np.zeros(len(skeleton.nodes)), (surface.mesh.vertices, surface.mesh.faces)
+    number = skeleton.node_of_vertex[F[:, 0]]
+    for corner in F.T:
+        np.maximum.at(extents, number, vector_lengths(V[corner] - skeleton.nodes[number]))
+    (along, begins), sizes = skeleton.flat_branches, np.diff(skeleton.flat_branches[1])
+    centers = np.add.reduceat(skeleton.nodes[along], begins[:-1]) / sizes[:, None]
+    to_center = vector_lengths(skeleton.nodes[along] - np.repeat(centers, sizes, axis=0))
+    balls = np.maximum.reduceat(to_center + extents[along], begins[:-1])
+    branch = skeleton.branch_of_node[nodes]
+    distances: NDArray[np.float64] = vector_lengths(skeleton.nodes[nodes] - centers[branch]) + balls[branch]
     return distances
 
 
@@ -146,7 +150,8 @@ def _is_continuous(skeleton: Skeleton, is_own: NDArray[np.bool_], radii: NDArray
     """Which sections are connected to the middle of their branch without a jump in size.
 
     Where a branch enters another one at a junction, its section becomes that of the other, or of both, within one step.
-    So in the half of a branch next to a junction, no section may be much larger than the largest before it there.
+    So in the half of a branch next to a junction, no section may be much larger than the largest before it, counted
+    from the middle third of the branch: the single section in its middle may be the smallest, as in a crotch.
     """
     is_continuous, (along, begins) = np.array(is_own), skeleton.flat_branches
     number, r = np.repeat(np.arange(len(begins) - 1), np.diff(begins))[is_own[along]], radii[along[is_own[along]]]
@@ -155,8 +160,9 @@ def _is_continuous(skeleton: Skeleton, is_own: NDArray[np.bool_], radii: NDArray
         branch = skeleton.branches[stepped]
         own = branch[is_own[branch]]
         for path, end in ((own, branch[-1]), (own[::-1], branch[0])):
-            half = path[len(path) // 2 :]
+            half, middle = path[len(path) // 2 :], path[len(path) // 3 : len(path) // 2 + 1]
             if skeleton.degrees[end] >= 3 and len(half):
-                is_jump = radii[half[1:]] > MAX_GROWTH * np.maximum.accumulate(radii[half])[:-1]
+                largest = np.maximum(np.maximum.accumulate(radii[half])[:-1], radii[middle].max())
+                is_jump = radii[half[1:]] > MAX_GROWTH * largest
                 is_continuous[half[1:][np.logical_or.accumulate(is_jump)]] = False
     return is_continuous

@@ -153,6 +153,14 @@ def test_the_local_search_finds_the_smallest_curve_of_the_whole_plane():
             assert area == pytest.approx(min(around), rel=1e-6)  # ends were joined at nine digits
 
 
+@pytest.mark.parametrize(("reach", "is_found"), [(0.9, False), (1.1, True)])
+def test_no_curve_is_searched_beyond_the_reach(reach, is_found):
+    """The first search goes half as far again as a nearby vertex."""
+    mesh = cylinder(1.0, 8.0, 32, 65)
+    found = cross_sections(mesh, np.zeros((1, 3)), np.array([[0.0, 0, 1]]), max_reaches=np.array([reach]))
+    assert found.is_cut.tolist() == [is_found]
+
+
 def test_a_curve_is_followed_no_farther_than_asked():
     """A plane along a ring cuts it at two circles of radii 0.7 and 1.3; one across it at a circle of radius 0.3."""
     mesh = torus(1.0, 0.3, 96, 32)

@@ -1,13 +1,16 @@
 """Centerlines: cross-sections that belong to one branch only."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
+import pytest
 from helpers import STAR_RADIUS, graph_of_star, joined, loop_in, moved, nearest_rows, path_in
+from scipy.spatial.transform import Rotation
 
 from lbskel import Skeleton, ground_truth_distances, skeletonize
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.centerlines import _is_continuous, _tangents, find_section_centers
+from lbskel.refinement.centerlines import _is_continuous, _reaches, _tangents, find_section_centers
 from lbskel.shapes import capsule, make, torus
 
 
@@ -39,6 +42,30 @@ def test_sections_of_a_rough_branch_are_no_jumps_in_size():
     for radii, first in ((wide_at_2, 3), (rough, 1)):
         known = np.flatnonzero(_is_continuous(skeleton, skeleton.degrees == 2, radii))
         assert known.tolist() == [*range(first, 11)]
+
+
+def test_a_small_section_in_the_middle_of_a_branch_does_not_reject_the_others():
+    k = np.arange(12)
+    nodes = np.concatenate([np.stack([k / 4, 0 * k, 0 * k], axis=1), [[-1, 0, 0], [0, 1, 0]]])
+    skeleton = Skeleton(nodes, [*itertools.pairwise(k), (0, 12), (0, 13)], np.full(14, 0.3), np.zeros(1))
+    radii = np.full(14, 0.3)
+    radii[5] = 0.2
+    assert np.flatnonzero(_is_continuous(skeleton, skeleton.degrees == 2, radii)).tolist() == [*range(1, 11)]
+
+
+def test_the_reach_of_sections_holds_the_faces_of_a_branch_in_any_pose(star):
+    skeleton = graph_of_star(star, np.zeros(3))
+    at = np.flatnonzero(skeleton.degrees == 2)
+    reaches = _reaches(skeleton, at, Surface(star))
+    turn = Rotation.from_rotvec([0.3, 0.7, -0.5]).as_matrix()
+    turned = replace(skeleton, nodes=skeleton.nodes @ turn.T)
+    mesh = star.with_vertices(star.vertices @ turn.T)
+    assert _reaches(turned, at, Surface(mesh)) == pytest.approx(reaches, rel=1e-12)
+    branch_of_face = skeleton.branch_of_node[skeleton.node_of_vertex][star.faces[:, 0]]
+    for node, reach in zip(at[::5], reaches[::5], strict=True):
+        own = star.vertices[star.faces[branch_of_face == skeleton.branch_of_node[node]]]
+        farthest = np.linalg.norm(own - skeleton.nodes[node], axis=-1).max()
+        assert farthest <= reach < 3 * farthest
 
 
 def test_the_centers_of_a_rod_are_on_its_axis_and_ends_have_none():
