@@ -66,7 +66,8 @@ def _skeletonize_proxy(
             seconds = None if timer.time_limit is None else CONTRACTION_SHARE * max(timer.seconds_left, 0.0)
             contraction = contract(mesh, settings, time_limit=seconds)
     graph = None
-    if contraction.steps or len(mesh.faces) <= MAX_FACES:  # else its rounds take longer than what is left
+    is_out_of_time = contraction.status is Status.TIME_LIMIT and not contraction.steps
+    if len(mesh.faces) <= MAX_FACES or not is_out_of_time:  # else its rounds take longer than what is left
         graph = timer.optional("collapse", lambda end: collapse(contraction, deadline=end), None, is_needed=True)
     else:
         timer.skip("collapse")

@@ -22,7 +22,7 @@ from lbskel.preprocess.holes import boundary_loops
 from lbskel.preprocess.messages import describe_findings, reasons_against_contraction
 from lbskel.preprocess.orientation import MIN_SHEET_VECTOR_AREA, relative_vector_area
 from lbskel.preprocess.self_intersections import self_intersecting_faces
-from lbskel.preprocess.subdivision import coarse_fraction
+from lbskel.preprocess.subdivision import coarse_faces
 from lbskel.preprocess.vertex_umbrellas import find_umbrellas
 
 # Corner angle, in degrees, below which (or above 180 minus which) a face is a needle (a cap): the default of
@@ -211,7 +211,7 @@ def check(mesh: Any) -> MeshReport:
         longest_edge=float(lengths.max()),
         genera=tuple(part.genus for part in parts),
         sheets=sum(relative_vector_area(part) > MIN_SHEET_VECTOR_AREA for part in parts),
-        coarse_fraction=coarse_fraction(cleaned, COARSE_EDGE),
+        coarse_fraction=float(coarse_faces(cleaned, COARSE_EDGE).mean()),
         roughness=roughness(cleaned),
         diameter_bound=bound,
         area=mesh.area,

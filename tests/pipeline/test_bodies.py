@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import lbskel.pipeline.bodies as bodies
-from lbskel import PRESETS, collapse, contract, prepare, refine, to_skeleton
+from lbskel import PRESETS, Contraction, Status, collapse, contract, prepare, refine, to_skeleton
+from lbskel.geometry.vertex_map import VertexMap
 from lbskel.pipeline.bodies import skeletonize_body
 from lbskel.pipeline.profiling import StageTimer
 from lbskel.preprocess.simplification import simplify
@@ -70,6 +71,22 @@ def test_where_there_is_no_proxy_or_no_time_the_first_skeleton_stays(body, monke
     monkeypatch.setattr(bodies, "contract", lambda *args, **options: calls.append(1) or contract(*args, **options))
     skeleton, _ = skeletonize_body(body, SETTINGS, losing_the_handle_of(len(body.proxy.mesh.faces)), timer)
     assert (skeleton.cycle_rank, len(calls)) == (0, 1)
+
+
+@pytest.mark.parametrize(("status", "is_collapsed"), [(Status.AREA_GREW, True), (Status.TIME_LIMIT, False)])
+def test_a_large_body_that_was_not_contracted_is_collapsed_unless_the_time_is_over(
+    status, is_collapsed, body, monkeypatch
+):
+    monkeypatch.setattr(bodies, "MAX_FACES", 100)
+
+    def fail(mesh, settings, time_limit):
+        return Contraction(mesh, mesh, VertexMap.identity(len(mesh.vertices)), (), status)
+
+    monkeypatch.setattr(bodies, "contract", fail)
+    timer = StageTimer()
+    skeleton, report = skeletonize_body(body, SETTINGS, refine, timer)
+    assert ((skeleton.cycle_rank == 1), "collapse" in timer.skipped) == (is_collapsed, not is_collapsed)
+    assert report["status"] == status.value
 
 
 def test_contraction_may_take_half_of_the_time_left(body, monkeypatch):

@@ -9,7 +9,7 @@ from lbskel.geometry.components import components
 from lbskel.geometry.deadline import Deadline
 from lbskel.preprocess import preprocess_mesh
 from lbskel.preprocess.automatic import OUT_OF_TIME
-from lbskel.shapes import capsule, chain_of_tori, flat_grid, make, sphere, torus, tube_mesh
+from lbskel.shapes import capsule, chain_of_tori, flat_grid, make, sphere, torus, tube, tube_mesh
 
 TORUS = torus(1.0, 0.4, 40, 24)
 
@@ -25,6 +25,17 @@ def test_a_valid_mesh_is_returned_unchanged():
 def test_none_returns_the_mesh_unchanged(how):
     given = without_faces(TORUS, range(7))
     assert preprocess_mesh(given, how).mesh is given
+
+
+def test_a_mesh_is_coarse_where_most_of_its_area_is_though_few_of_its_faces_are():
+    """A bar of long faces, and a ball of a tenth of its area with ten times its faces."""
+    z = np.linspace(0, 10, 5)
+    bar = tube(np.stack([0 * z, 0 * z, z], axis=1), 0.5, sides=6)
+    ball = sphere(4)
+    mesh = joined(bar, ball.with_vertices(0.5 * ball.vertices + [5, 0, 0]))
+    assert len(bar.faces) < 0.1 * len(ball.faces)
+    prepared = preprocess_mesh(mesh)
+    assert len(prepared.mesh.faces) >= len(ball.faces) + 3 * len(bar.faces)
 
 
 def test_holes_are_closed_and_a_coarse_mesh_refined():
