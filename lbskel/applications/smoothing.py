@@ -27,7 +27,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import csr_array
+from scipy.sparse import csc_array, csr_array
 
 from lbskel.applications.constrained_systems import ConstrainedSystem, checked_indices
 from lbskel.applications.neighbor_means import NeighborMeans, boundary_vertices, edge_keys
@@ -37,6 +37,7 @@ from lbskel.errors import MeshError, SolveError, UnknownChoice, checked_count, c
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators import Laplacian, Operator, apply_operator
+from lbskel.operators.assembly import diagonal_matrix
 
 # Default time step in mean vertex areas, and default iterations: near the smallest distance to the clean surface after
 # noise of a quarter of the mean edge length (benchmarks/results/applications_smoothing.md, "Settings"). None means half
@@ -49,6 +50,10 @@ DEFAULTS: dict[str, tuple[float | None, int]] = {
     "taubin": (None, 30),
     "polynomial": (None, 1),
 }
+# Least M_ii / t of a step of ``curvature_flow``, relative to |S_ii|: the root of the rounding error. Where the sum of
+# M / t over a part is d times that of S, rounding errors of S X move the part by up to EPSILON / d, and mass that is
+# added slows it down by up to d; neither is above this at d = 1.5e-8.
+LEAST_MASS = math.sqrt(float(np.finfo(np.float64).eps))
 
 
 def _largest_row(K: csr_array, held: NDArray[np.int64]) -> float:
@@ -80,21 +85,31 @@ def _explicit(L: Laplacian, t: float | None, held: NDArray[np.int64], solver: st
     return step
 
 
+def _solved(M: csc_array, B: csc_array, held: NDArray[np.int64], solver: str) -> Step:
+    """Make the step X -> D of the system (M + B) (X + D) = M X, solved for D."""
+    system = ConstrainedSystem((M + B).tocsc(), held, solver=solver)
+    zeros = np.zeros((len(held), 3))
+    return lambda X: system.solve(zeros, -(B @ X))
+
+
 def _implicit(L: Laplacian, t: float | None, held: NDArray[np.int64], solver: str) -> Step:
     assert t is not None  # only explicit steps have a default of their own
-    S = L.stiffness
-    system = ConstrainedSystem((L.mass / t + S).tocsc(), held, solver=solver)
-    zeros = np.zeros((len(held), 3))
-    return lambda X: system.solve(zeros, -(S @ X))
+    return _solved(L.mass / t, L.stiffness, held, solver)
+
+
+def _curvature_flow(L: Laplacian, t: float | None, held: NDArray[np.int64], solver: str) -> Step:
+    """Take an implicit step with mass added to parts that are shrunk to points, whose place is lost in rounding."""
+    assert t is not None
+    M, couplings = L.mass / t, np.abs(L.stiffness.diagonal())
+    couplings[couplings == 0] = 1  # any value above zero: a vertex without neighbors stays
+    added = diagonal_matrix(np.maximum(LEAST_MASS * couplings - M.diagonal(), 0))
+    return _solved(M + added, L.stiffness, held, solver)
 
 
 def _bilaplacian(L: Laplacian, t: float | None, held: NDArray[np.int64], solver: str) -> Step:
     assert t is not None
     # divided by the time step, so that entries have no unit and do not overflow
-    B = (L.stiffness @ (L.strong() * t)).tocsc()
-    system = ConstrainedSystem((L.mass / t + B).tocsc(), held, solver=solver)
-    zeros = np.zeros((len(held), 3))
-    return lambda X: system.solve(zeros, -(B @ X))
+    return _solved(L.mass / t, (L.stiffness @ (L.strong() * t)).tocsc(), held, solver)
 
 
 MakeStep = Callable[[Laplacian, float | None, NDArray[np.int64], str], Step]
@@ -107,7 +122,7 @@ def _filtering(make_filter: Callable[[Step], Step]) -> MakeStep:
 SMOOTHING_METHODS: dict[str, MakeStep] = {
     "explicit": _explicit,
     "implicit": _implicit,
-    "curvature_flow": _implicit,
+    "curvature_flow": _curvature_flow,
     "bilaplacian": _bilaplacian,
     **{name: _filtering(make_filter) for name, make_filter in FILTERS.items()},
 }
@@ -136,7 +151,9 @@ def smooth(
     mesh : Mesh or anything that :func:`lbskel.as_mesh` takes
     method : {"explicit", "implicit", "curvature_flow", "bilaplacian", "taubin", "polynomial"}
         The formulas are at the top of :mod:`lbskel.applications.smoothing`. All but ``curvature_flow`` keep the
-        matrices of the given mesh, and factorize once.
+        matrices of the given mesh, and factorize once. Parts that ``curvature_flow`` has shrunk to points stay about
+        where they are; an operator with negative weights, as ``cotangent`` has where angles are obtuse, may throw them
+        out of the shape before, and ``robust`` does not.
     time_step : float, optional
         Time step of each iteration: an area, and for ``random_walk``, whose masses are degrees, a number without unit.
         Features narrower than about its square root vanish. By default 0.5 mean vertex areas for ``bilaplacian``, 0.25

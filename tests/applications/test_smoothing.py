@@ -61,6 +61,24 @@ def test_mean_curvature_flow_shrinks_a_sphere_at_its_rate():
     assert np.linalg.norm(result.vertices, axis=1) == pytest.approx(radius, rel=0.01)  # h^2 = 0.005
 
 
+def test_the_flow_of_a_sound_surface_is_that_of_implicit_steps(bumpy):
+    twice = bumpy
+    for _ in range(2):
+        twice = smooth(twice, method="implicit", time_step=0.01, iterations=1)
+    flow = smooth(bumpy, method="curvature_flow", time_step=0.01, iterations=2)
+    assert flow.vertices == pytest.approx(twice.vertices, abs=1e-14)
+
+
+@pytest.mark.parametrize(("radius", "operator"), [(0.1, "robust"), (0.03, "cotangent")])
+def test_a_part_that_the_flow_shrinks_to_a_point_stays_where_it_is(radius, operator):
+    """Rounding errors threw it 952 diameters away, or the system was singular."""
+    ball, dot = sphere(3), sphere(2)
+    both = joined(ball, moved(dot.with_vertices(radius * dot.vertices), 2.0))
+    result = smooth(both, method="curvature_flow", iterations=12, operator=operator)
+    place = both.vertices[642:].mean(axis=0)
+    assert result.vertices[642:] == pytest.approx(np.tile(place, (162, 1)), abs=1e-4)
+
+
 @pytest.mark.parametrize(
     ("method", "t"),
     # the eigenvalues are up to 1e3: at 1e5, (t lambda)^2 leaves no digit of the identity, and SolveError is raised
