@@ -143,7 +143,7 @@ def least_squares_mesh(
     Raises
     ------
     MeshError
-        If there are fewer anchors than components.
+        If there are fewer anchors than components, or a vertex has too many neighbors.
     SolveError
         If the system is singular to working accuracy.
     UnknownChoice

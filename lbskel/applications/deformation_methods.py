@@ -33,6 +33,7 @@ from lbskel.applications.constrained_systems import ConstrainedSystem
 from lbskel.applications.rigidity import RigidityEnergy
 from lbskel.applications.rotation_fitting import rigid_fit
 from lbskel.applications.similarity_invariance import invariant_matrix
+from lbskel.applications.squared_matrices import matrix_product
 from lbskel.applications.symmetric import require_symmetric
 from lbskel.operators import Laplacian
 
@@ -85,11 +86,11 @@ def _harmonic(L: Laplacian, V: Positions, constraints: Constraints) -> Deformati
 
 
 def _biharmonic(L: Laplacian, V: Positions, constraints: Constraints) -> Deformation:
-    return _displaced((L.stiffness @ L.strong()).tocsc(), V, constraints)
+    return _displaced(matrix_product(L.stiffness, L.strong()), V, constraints)
 
 
 def _naive(L: Laplacian, V: Positions, constraints: Constraints) -> Deformation:
-    return _displaced((L.stiffness.T @ L.stiffness).tocsc(), V, constraints)
+    return _displaced(matrix_product(L.stiffness.T, L.stiffness), V, constraints)
 
 
 def _aligned(V: Positions, constraints: Constraints, deform: Deformation) -> Deformation:
@@ -107,7 +108,7 @@ def _aligned(V: Positions, constraints: Constraints, deform: Deformation) -> Def
 
 def _rotated(L: Laplacian, V: Positions, constraints: Constraints) -> Deformation:
     S = L.stiffness
-    system, rings = constraints.system((S.T @ S).tocsc()), RigidityEnergy(S, V)
+    system, rings = constraints.system(matrix_product(S.T, S)), RigidityEnergy(S, V)
     rest, deltas, transposed = V[constraints.vertices], S @ V, S.T.tocsr()
 
     def deform(targets: Positions, iterations: int, initial: Positions | None) -> Positions:
@@ -122,7 +123,7 @@ def _rotated(L: Laplacian, V: Positions, constraints: Constraints) -> Deformatio
 
 def _similarity(L: Laplacian, V: Positions, constraints: Constraints) -> Deformation:
     K = invariant_matrix(L.stiffness, V)
-    system = constraints.system((K.T @ K).tocsc(), dimensions=3)
+    system = constraints.system(matrix_product(K.T, K, dimensions=3), dimensions=3)
     rest = V[constraints.vertices]
 
     def deform(targets: Positions, iterations: int, initial: Positions | None) -> Positions:

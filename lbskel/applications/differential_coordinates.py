@@ -21,6 +21,7 @@ from scipy.sparse import csc_array
 from scipy.sparse.csgraph import connected_components
 
 from lbskel.applications.constrained_systems import ConstrainedSystem, checked_indices
+from lbskel.applications.squared_matrices import matrix_product
 from lbskel.errors import MeshError, UnknownChoice, counted, first_few, is_number
 from lbskel.geometry.arrays import checked_points
 from lbskel.geometry.mesh import Mesh, as_mesh
@@ -94,7 +95,7 @@ class AnchoredLaplacian:
     Raises
     ------
     MeshError
-        If a component has no anchor.
+        If a component has no anchor, or a vertex has too many neighbors for soft anchors.
     SolveError
         If the system is singular.
     """
@@ -115,7 +116,7 @@ class AnchoredLaplacian:
             )
         self._n_anchors = len(anchors)
         self._transposed = None if weight is None else stiffness.T.tocsr()
-        matrix = stiffness if weight is None else (stiffness.T @ stiffness).tocsc()
+        matrix = stiffness if weight is None else matrix_product(stiffness.T, stiffness)
         held = np.setdiff1d(np.flatnonzero(is_uncoupled), anchors)
         squared = None if weight is None else weight * weight
         self._system = ConstrainedSystem(matrix, anchors, weight=squared, held=held, solver=solver)
@@ -171,7 +172,8 @@ def reconstruct(
     Raises
     ------
     MeshError
-        If an array has the wrong shape, an anchor is no vertex, or a component has no anchor.
+        If an array has the wrong shape, an anchor is no vertex, a component has no anchor, or a vertex has too many
+        neighbors for soft anchors.
     SolveError
         If the system is singular to working accuracy.
     UnknownChoice

@@ -49,7 +49,8 @@ class Editor:
     Raises
     ------
     MeshError
-        If a handle is no list of vertices, two overlap, there is none, or the operator is not symmetric for ``arap``.
+        If a handle is no list of vertices, two overlap, there is none, the operator is not symmetric for ``arap``, or a
+        vertex has too many neighbors for a method other than ``harmonic``.
     SolveError
         If the system is singular.
     UnknownChoice
@@ -206,7 +207,8 @@ def edit(
     Raises
     ------
     MeshError
-        If handles or motions are not valid, or the operator is not symmetric for ``arap``.
+        If handles or motions are not valid, the operator is not symmetric for ``arap``, or a vertex has too many
+        neighbors for a method other than ``harmonic``.
     SolveError
         If the system is singular to working accuracy.
     UnknownChoice

@@ -32,6 +32,7 @@ from scipy.sparse import csc_array, csr_array
 from lbskel.applications.constrained_systems import ConstrainedSystem, checked_indices
 from lbskel.applications.neighbor_means import NeighborMeans, boundary_vertices, edge_keys
 from lbskel.applications.smoothing_filters import FILTERS, Positions, Step, average, average_of_neighbors
+from lbskel.applications.squared_matrices import matrix_product
 from lbskel.applications.volume import has_volume, keep_volumes
 from lbskel.errors import MeshError, SolveError, UnknownChoice, checked_count, choose, is_number
 from lbskel.geometry.mesh import Mesh, as_mesh
@@ -109,7 +110,7 @@ def _curvature_flow(L: Laplacian, t: float | None, held: NDArray[np.int64], solv
 def _bilaplacian(L: Laplacian, t: float | None, held: NDArray[np.int64], solver: str) -> Step:
     assert t is not None
     # divided by the time step, so that entries have no unit and do not overflow
-    return _solved(L.mass / t, (L.stiffness @ (L.strong() * t)).tocsc(), held, solver)
+    return _solved(L.mass / t, matrix_product(L.stiffness, L.strong() * t), held, solver)
 
 
 MakeStep = Callable[[Laplacian, float | None, NDArray[np.int64], str], Step]
@@ -185,7 +186,8 @@ def smooth(
     Raises
     ------
     MeshError
-        If the mesh has no area, an index in ``fixed`` is no vertex, or the volume to keep is not defined.
+        If the mesh has no area, an index in ``fixed`` is no vertex, the volume to keep is not defined, or a vertex has
+        too many neighbors for ``bilaplacian``.
     SolveError
         If an explicit step is not stable, a system is singular, the positions get infinite, or no offset restores the
         volume.
