@@ -35,11 +35,14 @@ from lbskel.applications.rotation_fitting import rigid_fit
 from lbskel.applications.similarity_invariance import invariant_matrix
 from lbskel.applications.squared_matrices import matrix_product
 from lbskel.applications.symmetric import require_symmetric
+from lbskel.errors import SolveError
 from lbskel.operators import Laplacian
+from lbskel.solvers.factorization import MAX_RESIDUAL
 
 # Iterations of ``rotated`` before ``arap``: fewer leave more energy, and so do 20 on one of three shapes
 # (benchmarks/results/applications_editing.md, "Start").
 START_ITERATIONS = 5
+EPSILON = float(np.finfo(np.float64).eps)  # rounding error of an entry, relative to it
 
 Positions = NDArray[np.float64]
 # from the targets of the constrained vertices, a number of iterations, and positions to start from, to all positions
@@ -121,10 +124,32 @@ def _rotated(L: Laplacian, V: Positions, constraints: Constraints) -> Deformatio
     return _aligned(V, constraints, deform)
 
 
+def _require_regular(system: ConstrainedSystem, L: Laplacian, n_values: int) -> None:
+    """Refuse a singular system of three rows for each vertex, as where a part hangs on one vertex and may turn.
+
+    Displacements of handles hardly meet the null space, so that their solution has a small residual wherever it leads.
+    Random forces meet it: they leave a large residual, or move a vertex so far that rounding errors of its row count.
+    They are as large as the weights, so that long thin triangles alone are not refused.
+    """
+    weights = np.repeat(np.abs(L.stiffness.diagonal()), 3)[:, None]
+    forces = np.random.default_rng(0).standard_normal(weights.shape)
+    try:
+        moved = weights * system.solve(np.zeros((n_values, 1)), weights * forces)
+        residual = EPSILON * float(np.abs(moved).max() / np.abs(forces).max())
+    except SolveError as error:
+        residual = error.residual
+    if residual > MAX_RESIDUAL:
+        raise SolveError(
+            "the matrix is singular to working accuracy, as where a part hangs on one vertex and may turn and grow",
+            residual,
+        )
+
+
 def _similarity(L: Laplacian, V: Positions, constraints: Constraints) -> Deformation:
     K = invariant_matrix(L.stiffness, V)
     system = constraints.system(matrix_product(K.T, K, dimensions=3), dimensions=3)
     rest = V[constraints.vertices]
+    _require_regular(system, L, rest.size)
 
     def deform(targets: Positions, iterations: int, initial: Positions | None) -> Positions:
         return V + system.solve((targets - rest).reshape(-1, 1)).reshape(-1, 3)  # K V = 0

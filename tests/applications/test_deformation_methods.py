@@ -4,7 +4,7 @@ import igl
 import numpy as np
 import pytest
 
-from lbskel import MeshError, UnknownChoice, edit, laplacian, rigid_motion
+from lbskel import Mesh, MeshError, SolveError, UnknownChoice, edit, laplacian, rigid_motion
 from lbskel.applications.deformation_methods import EDITING_METHODS, ITERATIVE, Constraints
 from lbskel.applications.editing import Editor
 
@@ -118,3 +118,37 @@ def test_the_number_of_iterations_counts_for_the_methods_that_iterate(ring, meth
         for given in ({"iterations": 3}, {"initial": ring}):
             with pytest.raises(UnknownChoice, match=f"the method {method} solves once"):
                 editor.edit(MOTIONS, **given)
+
+
+@pytest.mark.parametrize("weight", [None, 1.0])
+@pytest.mark.parametrize(
+    ("operator", "corners", "faces"),
+    [
+        ("robust", [[0.3, 0, 0], [0.3, 0.15, 0], [0.3, 0, 0.15]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]),
+        ("cotangent", [[0.2, 0, 0], [0.2, 0.1, 0]], [[0, 1, 2]]),  # the row of its last corner is zero
+    ],
+)
+def test_parts_that_hang_on_one_vertex_are_refused_as_they_may_turn(rod, weight, operator, corners, faces):
+    """A tetrahedron and a triangle, which rounding errors turned and scaled."""
+    n, z = len(rod.vertices), rod.vertices[:, 2]
+    place = int(np.abs(z).argmin())
+    hanging = np.array([place, n, n + 1, n + 2])[np.array(faces)]
+    mesh = Mesh([*rod.vertices, *(rod.vertices[place] + np.array(corners))], [*rod.faces, *hanging])
+    handles = [np.flatnonzero(z < z.min() + 0.5), np.flatnonzero(z > z.max() - 0.5)]
+    with pytest.raises(SolveError, match=r"a part hangs on one vertex and may turn and grow.*take another method"):
+        edit(mesh, handles, MOTIONS, method="similarity", operator=operator, handle_weight=weight)
+    assert np.isfinite(edit(mesh, handles, MOTIONS, operator=operator, handle_weight=weight).vertices).all()
+
+
+def test_a_long_thin_triangle_is_no_part_that_may_turn(rod):
+    faces, z = rod.faces.copy(), rod.vertices[:, 2]
+    split = np.abs(z[faces].mean(axis=1) - z.mean()).argmin()
+    a, b, c = faces[split]
+    middle, n = (rod.vertices[a] + rod.vertices[b]) / 2, len(rod.vertices)
+    faces[split] = [n, b, c]
+    capped = Mesh([*rod.vertices, middle + 1e-6 * (rod.vertices[c] - middle)], [*faces, [a, n, c], [a, b, n]])
+    handles = [np.flatnonzero(z < z.min() + 0.5), np.flatnonzero(z > z.max() - 0.5)]
+    found, expected = (
+        edit(mesh, handles, MOTIONS, method="similarity", operator="cotangent").vertices for mesh in (capped, rod)
+    )
+    assert np.abs(found[:n] - expected).max() < 0.01 * rod.diagonal
