@@ -164,7 +164,8 @@ class Laplacian(Displayed):
         """Compute the (n, 3) mean curvature normals H n, where H = (k1 + k2) / 2 and n points outward.
 
         On a sphere of radius R they have length 1/R and point outward. Those of ``graph`` are off by a factor, since
-        its weights are blind to lengths.
+        its weights are blind to lengths, and those of ``anisotropic`` are too short where the surface bends, as it
+        damps diffusion there: half as long on a sphere.
 
         Parameters
         ----------

@@ -139,6 +139,10 @@ def _is_on_a_line(vertices: NDArray[np.float64], mesh: PolygonMesh, rounding: fl
 def polygon_cotangent(mesh: PolygonMesh) -> Laplacian:
     """Build the cotangent Laplacian by virtual refinement with its lumped mass; degenerate polygons are left out.
 
+    The mass of a polygon is the sum of the areas of its fan of triangles. Where the virtual point does not see all
+    sides of a concave polygon these overlap, and the mass is larger than the polygon's area: 9 for a U of area 7.
+    Divide such polygons for masses that sum to the area.
+
     Parameters
     ----------
     mesh : PolygonMesh

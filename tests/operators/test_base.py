@@ -18,6 +18,12 @@ def test_mean_curvature_normals_of_a_sphere_point_outward_and_have_length_one_ov
     assert np.abs(H - ball.vertices / 2).max() < 0.01
 
 
+def test_mean_curvature_normals_of_anisotropic_are_half_as_long_on_a_sphere():
+    ball = sphere(4)
+    H = laplacian(ball, operator="anisotropic").mean_curvature_normals(ball.vertices)
+    assert (H * ball.vertices).sum(axis=1).mean() == pytest.approx(0.5, abs=0.001)
+
+
 @pytest.mark.parametrize("name", ["cotangent", "intrinsic_delaunay", "robust"])
 def test_mean_curvature_of_a_cylinder_and_a_torus(name):
     side = cylinder(0.5, 2.0, 64, 41)

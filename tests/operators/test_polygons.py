@@ -127,6 +127,13 @@ def test_the_area_of_a_polygon_with_a_negative_corner_area_is_divided_evenly():
     assert laplacian(PolygonMesh(V, [triangle])).mass.diagonal()[5] == pytest.approx(areas[5], rel=1e-12)
 
 
+def test_the_mass_of_a_concave_polygon_is_that_of_its_fan_whose_triangles_may_overlap():
+    ell = [[0, 0, 0], [2, 0, 0], [2, 1, 0], [1, 1, 0], [1, 2, 0], [0, 2, 0]]
+    u = [[0, 0, 0], [3, 0, 0], [3, 3, 0], [2, 3, 0], [2, 1, 0], [1, 1, 0], [1, 3, 0], [0, 3, 0]]
+    masses = [laplacian(PolygonMesh(corners, [range(len(corners))])).mass.sum() for corners in (ell, u)]
+    assert masses == pytest.approx([3, 9])  # of areas 3 and 7
+
+
 def test_areas_are_in_the_units_of_the_caller_and_degenerate_polygons_have_none():
     V = [[0, 0, 0], [40, 0, 0], [40, 40, 0], [0, 40, 0], [80, 0, 0], [60, 0, 0]]
     L = laplacian(PolygonMesh(V, [[0, 1, 2, 3], [1, 5, 4]]))
