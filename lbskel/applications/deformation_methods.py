@@ -140,7 +140,8 @@ def _require_regular(system: ConstrainedSystem, L: Laplacian, n_values: int) -> 
         residual = error.residual
     if residual > MAX_RESIDUAL:
         raise SolveError(
-            "the matrix is singular to working accuracy, as where a part hangs on one vertex and may turn and grow",
+            "the matrix is singular to working accuracy, as where a part hangs on one vertex and may turn and grow; "
+            "take another method, or hold such parts by handles",
             residual,
         )
 

@@ -100,10 +100,10 @@ def score_on(
     is_limb = extrema.lengths > MIN_LIMB_LENGTH * extrema.radii
     cuts = _radii_of_cuts(skeleton.nodes, open_ends)
     tolerance = np.maximum(SURFACE_TOLERANCE, 0.0 if unit.is_closed_manifold else OPEN_TOLERANCE * widths)
-    tolerance = np.maximum(tolerance, cuts)
+    is_inside = surface.contains(skeleton.nodes) | (skeleton.radii <= np.maximum(tolerance, cuts))
     return Score(
-        nodes_inside_fraction=float((surface.contains(skeleton.nodes) | (skeleton.radii <= tolerance)).mean()),
-        inside_fraction=inside_fraction(skeleton, surface, tolerance),
+        nodes_inside_fraction=float(is_inside.mean()),
+        inside_fraction=inside_fraction(skeleton, surface, tolerance, open_ends=open_ends),
         centeredness_error=mean_error,
         centeredness_error_worst_branch=worst_branch_error,
         medial_accuracy_95=medial.accuracy_95,

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from lbskel.geometry.normals import normalized, vector_lengths
 from lbskel.geometry.surface_queries import VERTEX_OFFSET, Surface
 from lbskel.refinement.offset_paths import paths_below_surface
+from lbskel.refinement.open_ends import NO_CUTS, are_within_cuts
 from lbskel.refinement.relaxation import relax_inside
 from lbskel.refinement.tunnel_paths import paths_on_side_of
 from lbskel.refinement.tunnel_sides import keep_sides, n_tunnels_missed, on_their_side, paths_that_pass
@@ -30,7 +31,13 @@ N_SAMPLES = 12  # parts of a segment, of which each that is not in a ball is tes
 # benchmarks/results/constants.md
 
 
-def inside_fraction(skeleton: Skeleton, surface: Surface, tolerance: NDArray[np.float64] | float = 0.0) -> float:
+def inside_fraction(
+    skeleton: Skeleton,
+    surface: Surface,
+    tolerance: NDArray[np.float64] | float = 0.0,
+    *,
+    open_ends: NDArray[np.float64] = NO_CUTS,
+) -> float:
     """Fraction of the skeleton's length that lies inside, sampled along the edges that leave the surface somewhere.
 
     Parameters
@@ -39,6 +46,8 @@ def inside_fraction(skeleton: Skeleton, surface: Surface, tolerance: NDArray[np.
     surface : Surface
     tolerance : float or (k,) array of float
         Distance from the surface, at each node, up to which a point outside counts as inside.
+    open_ends : (e, 7) array of float
+        Center (3) and radius (1) of each cut, within which a point counts as inside.
     """
     allowed = np.broadcast_to(tolerance, len(skeleton.nodes))
     if len(skeleton.edges) == 0 or not skeleton.length > 0:
@@ -53,6 +62,7 @@ def inside_fraction(skeleton: Skeleton, surface: Surface, tolerance: NDArray[np.
     is_outside = bounds >= limits
     is_outside[is_outside] = ~surface.contains(points[is_outside])
     is_outside[is_outside] = surface.distance(points[is_outside]) >= limits[is_outside]
+    is_outside[is_outside] = ~are_within_cuts(points[is_outside], open_ends)
     outside = is_outside.reshape(-1, N_SAMPLES).mean(axis=1) * lengths
     return float(1 - outside.sum() / skeleton.length)
 

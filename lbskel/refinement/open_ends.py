@@ -91,18 +91,19 @@ def are_at_rims(points: NDArray[np.float64], cuts: NDArray[np.float64]) -> NDArr
     return near
 
 
-def are_within_cuts(points: NDArray[np.float64], cuts: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """(k,) whether points are nearer to the center of a cut than half its radius, where only what closes it can be.
+def are_within_cuts(points: NDArray[np.float64], cuts: NDArray[np.float64], *, share: float = 1.0) -> NDArray[np.bool_]:
+    """(k,) whether points are within a share of the radius of a cut from its center.
 
     Parameters
     ----------
     points : (k, 3) array of float
     cuts : (c, 7) array of float
         Center (3) and mean radius (1) of each cut.
+    share : float
     """
     are_within = np.zeros(len(points), dtype=bool)
-    if len(cuts):
-        for found in cKDTree(points).query_ball_point(cuts[:, :3], cuts[:, 3] / 2):
+    if len(cuts) and len(points):
+        for found in cKDTree(points).query_ball_point(cuts[:, :3], share * cuts[:, 3]):
             are_within[found] = True
     return are_within
 

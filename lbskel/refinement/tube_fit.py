@@ -114,7 +114,8 @@ def tube_radii(
     points, areas = surface.proxy.mesh.vertices, surface.proxy.mesh.vertex_areas
     first = tubes_around(skeleton, start, surface.mesh.diameter_bound)
     balls, rows = nearest_balls_by_power(first, points), np.arange(len(points))
-    areas = np.where(are_within_cuts(points, open_ends), 0.0, areas)
+    # the surface of a tube is at a radius from the center of its cut; half that far, only what closes the cut can be
+    areas = np.where(are_within_cuts(points, open_ends, share=0.5), 0.0, areas)
     bending = BENDING_WEIGHT * _bending(skeleton, first.radii)
     fixed = bending + diags_array(POSITION_WEIGHT / first.radii**2)
     radii = first.radii

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from helpers import joined, loop_in, moved, path_in
 
-from lbskel import Skeleton
+from lbskel import Skeleton, skeletonize
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.containment import (
     N_SAMPLES,
@@ -16,7 +16,7 @@ from lbskel.refinement.containment import (
     segments_outside,
 )
 from lbskel.refinement.tunnel_sides import n_tunnels_missed, paths_that_pass
-from lbskel.shapes import capsule, perforated_plate, sphere, torus, tube
+from lbskel.shapes import capsule, cylinder, perforated_plate, sphere, torus, tube
 
 
 def test_a_segment_is_outside_where_its_middle_or_either_end_is():
@@ -187,3 +187,11 @@ def test_an_edge_without_length_on_the_surface_is_measured_without_a_warning():
         -1, 2
     )  # from each vertex to itself; some count as inside
     assert np.array_equal(segments_outside(ball.vertices, edges, surface), ~surface.contains(ball.vertices))
+
+
+@pytest.mark.parametrize("height", [1.5, 1.6])
+def test_what_is_within_a_cut_is_inside(height):
+    """Short open tubes, whose edges from the cuts have one end within the radius of the cut."""
+    skeleton = skeletonize(cylinder(0.5, height, 32, 1 + round(10 * height)))
+    assert skeleton.length == pytest.approx(height, abs=0.01)
+    assert skeleton.report["score"]["measures"]["inside_fraction"] == 1
