@@ -36,7 +36,7 @@ from lbskel.preprocess.orientation import fix_orientation, split_nonmanifold
 from lbskel.preprocess.pipelines import PIPELINES, STEPS, Pipeline
 from lbskel.preprocess.remeshing import smooth_noise
 from lbskel.preprocess.result import PreprocessResult, identity_result, preprocess_step
-from lbskel.preprocess.subdivision import coarse_faces, refine
+from lbskel.preprocess.subdivision import MAX_FACES, coarse_faces, refine
 
 AUTOMATIC = "auto"
 PREPARATIONS = (AUTOMATIC, "none", *PIPELINES)
@@ -48,13 +48,14 @@ MAX_COORDINATE = 1e75
 # measured accuracy, and 0.8 makes fewer faces; that comparison is not in a committed table.
 COARSE_EDGE = 0.8
 
-# Fraction of coarse faces above which a mesh is refined. Meshes with fewer were measured not to gain; that measurement
-# is not in a committed table.
+# Fraction of coarse faces above which a mesh of up to 19,000 faces is refined. Meshes with fewer were measured not to
+# gain; that measurement is not in a committed table.
 MAX_COARSE_FRACTION = 0.1
 
-# The same for the fraction of the area: a machine part has many small faces on its fillets, and few on its flats. By
-# hand, of bars and combs with fine knobs 0.47 and more is coarse, and the skeletons are wrong; elephants, of which 0.09
-# and 0.11 is, have a tip less and axes farther off where they are refined
+# Fraction of the area above which any mesh is: a machine part has many small faces on its fillets, few on its flats. By
+# hand, of arcs, combs and plates whose skeletons are wrong otherwise 0.30 and more is coarse; elephants, of which 0.09
+# and 0.11 is, have a tip less and axes farther off where they are refined, and a ribbon 20 times as wide as thick, of
+# which 0.17 is, has false tips
 MAX_COARSE_AREA = 0.2
 
 # Longest perimeter of a hole that is closed, as a fraction of the diameter bound. The ends of pipes are closed too,
@@ -178,8 +179,8 @@ def _refine_if_coarse(mesh: Mesh) -> PreprocessResult:
     ordered, vertex_map, mirror = in_canonical_order(mesh)  # which is contracted next, if it is not refined
     set_local_radii(mesh, local_radii(ordered)[vertex_map.indices])
     is_coarse = coarse_faces(mesh, COARSE_EDGE)
-    coarse_area = mesh.face_areas[is_coarse].sum()
-    if is_coarse.mean() <= MAX_COARSE_FRACTION and coarse_area <= MAX_COARSE_AREA * mesh.area:
+    has_many = len(mesh.faces) <= MAX_FACES and is_coarse.mean() > MAX_COARSE_FRACTION
+    if not (has_many or mesh.face_areas[is_coarse].sum() > MAX_COARSE_AREA * mesh.area):
         return identity_result(mesh)
     refined = refine(ordered, max_edge_length=COARSE_EDGE)  # which divides faces in the sense of their orientation
     n, n_refined = len(mesh.vertices), len(refined.mesh.vertices)

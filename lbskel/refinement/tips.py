@@ -1,7 +1,8 @@
-"""Tips: every end branch extended to one radius below the surface, from where contraction had pulled it back.
+"""Tips: every end branch ends one radius below the surface, from where contraction had pulled it back or left it.
 
 From its last node an end follows the centerline in steps of a local radius, each corrected to the centroid of the
-cross-section there, until the surface ahead is as near as the surface around it: there is the last inscribed ball.
+cross-section there, until the surface ahead is as near as the surface around it: there is the last inscribed ball. In a
+flat end contraction may leave the last node beyond that; it goes back along its branch.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from lbskel.geometry.cross_sections import Sections, cross_sections
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.sorting import stable_order
 from lbskel.geometry.surface_queries import Surface
-from lbskel.skeleton.editing import append_paths
+from lbskel.skeleton.editing import append_paths, contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
 # The numbers are guesses where nothing else is said
@@ -30,7 +31,7 @@ TINY = float(np.finfo(np.float64).tiny)
 
 
 def extend_tips(skeleton: Skeleton, surface: Surface, tips: NDArray[np.int64] | None = None) -> Skeleton:
-    """Extend end branches until their tips are the centers of the last inscribed balls.
+    """Extend or shorten end branches until their tips are the centers of the last inscribed balls.
 
     Parameters
     ----------
@@ -47,8 +48,8 @@ def extend_tips(skeleton: Skeleton, surface: Surface, tips: NDArray[np.int64] | 
         return skeleton
     directions = np.array([skeleton.nodes[end[-1]] - skeleton.nodes[end[-4:][0]] for end in ends])
     directions /= vector_lengths(directions)[:, None]
-    last = np.array([b[-1] for b in ends])
     skeleton = _with_centered_ends(skeleton, surface, ends, directions)
+    skeleton, last = _with_shortened_ends(skeleton, surface, ends, directions)
     return extend_ends(skeleton, surface, last, trace_centerline(surface, skeleton.nodes[last], directions))
 
 
@@ -63,6 +64,31 @@ def _with_centered_ends(
     is_own &= (offset <= length) & surface.contains(section.centroids)
     nodes[np.array(last)[is_own]] = section.centroids[is_own]
     return replace(skeleton, nodes=nodes)
+
+
+def _with_shortened_ends(
+    skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]], directions: NDArray[np.float64]
+) -> tuple[Skeleton, NDArray[np.int64]]:
+    """Move tips back from a surface ahead that is nearer than that around them; return (e,) their numbers, too.
+
+    Nodes that they pass are contracted into them. A tip passes no junction, and of two tips of a branch none goes
+    beyond its middle.
+    """
+    last = np.array([end[-1] for end in ends])
+    section = cross_sections(surface.mesh, skeleton.nodes[last], directions, deadline=surface.deadline)
+    inner = surface.distance(skeleton.nodes[[end[-4:][0] for end in ends]])
+    radii = np.minimum(_hydraulic_radii(section), inner)  # of a flat section, half its thickness
+    excess = np.where(section.surrounds, radii - surface.ray_distance(skeleton.nodes[last], directions), 0.0)
+    nodes, target = np.array(skeleton.nodes), np.arange(len(skeleton.nodes))
+    for row in np.flatnonzero(excess > MIN_STEP * radii).tolist():
+        way = ends[row][::-1]
+        points = skeleton.nodes[way]
+        lengths = np.append(0.0, np.cumsum(vector_lengths(np.diff(points, axis=0))))
+        if excess[row] < lengths[-1] / (1 if skeleton.degrees[way[-1]] > 1 else 2):
+            nodes[way[0]] = [np.interp(excess[row], lengths, column) for column in points.T]
+            target[way[1 : np.searchsorted(lengths, excess[row])]] = way[0]
+    shortened = contract_nodes(replace(skeleton, nodes=nodes), target)
+    return shortened, np.searchsorted(np.unique(target), last)
 
 
 def trace_centerline(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from helpers import path_in
 
-from lbskel import Mesh, Skeleton
+from lbskel import Mesh, Skeleton, skeletonize
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.tips import extend_ends, extend_tips, trace_centerline
 from lbskel.shapes import capsule, mesh_solid, solid_of, sphere, tube
@@ -98,3 +98,23 @@ def test_a_centerline_leads_into_a_wider_part():
     mesh = mesh_solid(solid_of([(np.array(axis), 0.1), (np.array([[0.0, 0, 0], [0.01, 0, 0]]), 0.5)]), n_vertices=2500)
     [path] = trace_centerline(Surface(mesh), np.array([[-1.2, 0, 0]]), np.array([[1.0, 0, 0]]))
     assert abs(path[-1][0]) < 0.05
+
+
+@pytest.mark.parametrize(("sides", "n_rings", "length"), [(24, 80, 20.0), (12, 400, 200.0)])
+def test_tips_in_flat_ends_are_one_radius_below_them(sides, n_rings, length):
+    """Contraction leaves them at 0.4 to 0.7 radii."""
+    x = np.linspace(0, length, n_rings)
+    skeleton = skeletonize(tube(np.outer(x, [1, 0, 0]), 1.0, sides=sides))
+    assert np.sort(skeleton.nodes[skeleton.tips, 0]) == pytest.approx([1, length - 1], abs=0.05)
+
+
+def test_of_two_tips_of_a_short_branch_none_goes_beyond_its_middle():
+    """In a longer one they go back along it, past its nodes."""
+    mesh = tube(np.linspace([-4.0, 0, 0], [4.0, 0, 0], 81), 1.0, sides=24)
+    short = path_in(mesh, np.linspace([3.4, 0, 0], [3.9, 0, 0], 6), radius=1.0)
+    assert extend_tips(short, Surface(mesh)).nodes[:, 0].max() == pytest.approx(3.9)
+    long = path_in(mesh, np.linspace([-3.9, 0, 0], [3.9, 0, 0], 17), radius=1.0)
+    shortened = extend_tips(long, Surface(mesh))
+    assert np.sort(shortened.nodes[shortened.tips, 0]) == pytest.approx([-3, 3], abs=0.05)
+    assert len(shortened.nodes) == 15
+    assert shortened.length == pytest.approx(6, abs=0.1)
