@@ -25,7 +25,7 @@ from lbskel.geometry.intrinsic_triangulation import (
 from lbskel.geometry.mesh import Mesh
 
 # Added to every edge, relative to the diameter bound: graphs drop length 0. A guess, far below what lengths are rounded
-# to; it had no effect in benchmarks/results/constants.md
+# to
 MIN_EDGE_LENGTH = 1e-12
 
 

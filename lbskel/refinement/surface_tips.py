@@ -12,7 +12,7 @@ from lbskel.refinement.tips import extend_ends
 from lbskel.skeleton.skeleton import Skeleton
 
 MAX_TIP_DISTANCE = 2.0  # to the surface straight ahead of a tip that ends a branch, in radii of its ball; a guess,
-# with no effect from 1.4 to 2.8 in benchmarks/results/constants.md, where it is one of refinement.tips
+# with no effect from 1.4 to 2.8 in benchmarks/results/constants.md
 
 
 def tips_at_surface(skeleton: Skeleton, surface: Surface) -> Skeleton:
