@@ -31,8 +31,8 @@ from lbskel.geometry.surface_queries import Surface
 N_CONE_RAYS = 4  # rays on the cone around the normal; a guess
 CONE_ANGLE = np.radians(30.0)  # between the rays of the cone and the normal; a guess
 # Distance inside their face at which rays start, in diameter bounds, so that rounding lets none hit it; a share of the
-# bounding box would change when the mesh is turned. In benchmarks/results/constants.md it changes accuracy by less than a
-# hundredth of it
+# bounding box would change when the mesh is turned. Rows in benchmarks/results/constants.md change the error by less
+# than a hundredth
 RAY_OFFSET = 1e-5
 
 MIN_RADIUS = 0.25  # lower bound on a local radius, in radii of the disk with the area of the triangles at the vertex: a

@@ -74,7 +74,7 @@ def resample(skeleton: Skeleton, *, spacing: float | None = None, n_nodes: int |
     skeleton : Skeleton
     spacing : float, optional
         Distance between nodes to aim at, as a multiple of the median radius of each branch. It is not a length: give
-        0.5 for two nodes per local radius.
+        0.5 for two nodes per local radius. A branch without thickness keeps its number of nodes.
     n_nodes : int, optional
         Number of nodes to have instead, at about the same distance everywhere.
 
@@ -163,8 +163,8 @@ def _counts_for_spacing(
     if np.isnan(skeleton.radii[paths.nodes]).any():
         raise UnknownChoice("spacing is in local radii, which the skeleton does not have at all nodes; give n_nodes")
     pieces = np.maximum(spacing * group_medians(skeleton.radii[paths.nodes], paths.begins), shortest)
-    endless = np.where(paths.lengths > 0, np.inf, 0.0)  # of a path without thickness
-    numbers = np.rint(np.divide(paths.lengths, pieces, out=endless, where=pieces > 0))
+    present = paths.sizes - 1.0  # what a path without thickness keeps, as that of a sheet
+    numbers = np.rint(np.divide(paths.lengths, pieces, out=present, where=pieces > 0))
     if not numbers.sum() <= MAX_NODES:
         raise UnknownChoice(
             f"spacing is in local radii, and {spacing} of them give more than {MAX_NODES:,} nodes; give n_nodes"

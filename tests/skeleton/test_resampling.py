@@ -169,9 +169,17 @@ def test_a_single_edge_is_divided_as_often_as_the_spacing_asks_for(spacing, n_ed
     assert np.allclose(resample(once, spacing=spacing).nodes, once.nodes)
 
 
-@pytest.mark.parametrize("radius", [0.0, 1e-300])
-def test_a_spacing_that_would_make_too_many_nodes_is_refused(radius):
-    line = Skeleton([[0, 0, 0], [4, 0, 0], [8, 0, 0]], [[0, 1], [1, 2]], np.full(3, radius))
+def test_a_branch_without_thickness_keeps_its_number_of_nodes():
+    """As that of a sheet beside a tube."""
+    nodes = [[0, 0, 0], [1, 0, 0], [4, 0, 0], [0, 9, 0], [4, 9, 0]]
+    skeleton = Skeleton(nodes, [[0, 1], [1, 2], [3, 4]], [0, 0, 0, 1, 1])
+    resampled = resample(skeleton, spacing=0.5)
+    counts = np.bincount(resampled.component_of_node)
+    assert sorted(counts.tolist()) == [3, 9]
+
+
+def test_a_spacing_that_would_make_too_many_nodes_is_refused():
+    line = Skeleton([[0, 0, 0], [4, 0, 0], [8, 0, 0]], [[0, 1], [1, 2]], np.full(3, 1e-300))
     with pytest.raises(UnknownChoice, match="more than 10,000,000 nodes; give n_nodes"):
         resample(line, spacing=0.5)
 
