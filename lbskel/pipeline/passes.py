@@ -39,7 +39,7 @@ from lbskel.refinement.flat_ends import prune_flat_ends
 from lbskel.refinement.junctions import merge_junctions_by_axes
 from lbskel.refinement.limb_growth import grow_limbs, grow_limbs_without_tip
 from lbskel.refinement.mirror_symmetry import keep_mirror_symmetry, make_mirror_symmetric
-from lbskel.refinement.open_ends import extend_to_open_ends
+from lbskel.refinement.open_ends import cuts_with_tips, extend_to_open_ends
 from lbskel.refinement.radii import inscribed_radii, mean_radii
 from lbskel.refinement.region_map import make_regions_connected, reassign_to_nearest_node
 from lbskel.refinement.region_paths import reroute_through_regions
@@ -147,7 +147,8 @@ def refine(
         if anchors is not None:
             skeleton = attach_anchors(skeleton, surface, anchors.vertices, anchors.points, anchors.numbers)
     skeleton = changed("map vertices", _with_own_regions, surface, is_needed=True)
-    return replace(skeleton, mean_radii=tube_radii(skeleton, surface, open_ends=body.open_ends))
+    cuts = cuts_with_tips(skeleton, surface, body.open_ends)
+    return replace(skeleton, mean_radii=tube_radii(skeleton, surface, cuts=cuts))
 
 
 def _without_spurs(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: float) -> Skeleton:

@@ -109,12 +109,12 @@ def skeletonize_points(
         skeleton = join_components(skeleton)
     if given.get("min_loop"):
         skeleton = open_short_loops(skeleton, given["min_loop"])
-    if n_nodes is not None:
-        skeleton = resample(skeleton, n_nodes=n_nodes)
     if place is None:
         skeleton = reroot_by_thickness(skeleton, given.get("radius_kind") or "inscribed")
     else:
         skeleton = reroot(skeleton, _node_at(place, skeleton))
+    if n_nodes is not None:
+        skeleton = resample(skeleton, n_nodes=n_nodes)
     if contraction.status is Status.TIME_LIMIT:
         timer.skip("contract")
     with timer("score"):

@@ -230,12 +230,12 @@ def _skeletonize_mesh(
     if ratio > MIN_BRANCH_RATIO:
         with timer("prune"):
             skeleton = prune(skeleton, prepared.source, min_branch_ratio=ratio)
-    if n_nodes is not None:
-        skeleton = resample(skeleton, n_nodes=n_nodes)
     if root is None:
         skeleton = reroot_by_thickness(skeleton, options["radius_kind"])
     else:
         skeleton = reroot(skeleton, nearest_node(skeleton, root, prepared.source))
+    if n_nodes is not None:
+        skeleton = resample(skeleton, n_nodes=n_nodes)
     scored = None
     if is_scored:
         scored = timer.optional(

@@ -91,9 +91,7 @@ def fit_tubes(skeleton: Skeleton, surface: Surface) -> Skeleton:
     return replace(skeleton, nodes=_kept_in_order(skeleton, _kept_inside(skeleton, nodes, surface)))
 
 
-def tube_radii(
-    skeleton: Skeleton, surface: Surface, *, open_ends: NDArray[np.float64] = NO_CUTS
-) -> NDArray[np.float64]:
+def tube_radii(skeleton: Skeleton, surface: Surface, *, cuts: NDArray[np.float64] = NO_CUTS) -> NDArray[np.float64]:
     """Compute the radii of the round tubes around a skeleton that fit the surface best.
 
     The mean distance of a node's vertices from the axis is the start, and what a node without vertices keeps. It is too
@@ -105,8 +103,8 @@ def tube_radii(
         With a node for each vertex of the mesh.
     surface : Surface
         The vertices of its proxy count, but for those that close cuts.
-    open_ends : (e, 7) array of float
-        Center (3) and mean radius (1) of each cut, in the coordinates of the surface.
+    cuts : (c, 7) array of float
+        Center (3) and mean radius (1) of each cut with a tip, in the coordinates of the surface.
     """
     start = mean_axis_distances(skeleton, surface.mesh.vertices)
     if len(skeleton.edges) == 0:
@@ -115,7 +113,7 @@ def tube_radii(
     first = tubes_around(skeleton, start, surface.mesh.diameter_bound)
     balls, rows = nearest_balls_by_power(first, points), np.arange(len(points))
     # the surface of a tube is at a radius from the center of its cut; half that far, only what closes the cut can be
-    areas = np.where(are_within_cuts(points, open_ends, share=0.5), 0.0, areas)
+    areas = np.where(are_within_cuts(points, cuts, share=0.5), 0.0, areas)
     bending = BENDING_WEIGHT * _bending(skeleton, first.radii)
     fixed = bending + diags_array(POSITION_WEIGHT / first.radii**2)
     radii = first.radii

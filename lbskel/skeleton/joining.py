@@ -129,11 +129,22 @@ def joining_by_report(skeleton: Skeleton) -> NDArray[np.bool_] | None:
     skeleton : Skeleton
     """
     added = np.reshape(skeleton.report.get("joining_edges", []), (-1, 2, 3))
-    distances, ends = cKDTree(skeleton.nodes).query(added)
-    numbers = np.array([len(skeleton.nodes), 1])
-    if len(added) != skeleton.report.get("pieces_joined") or (distances > 0).any():
+    if len(added) != skeleton.report.get("pieces_joined"):
         return None
-    return is_among(np.sort(skeleton.edges, axis=1) @ numbers, np.sort(ends, axis=1) @ numbers)
+    are_edges, is_added = _edges_at(skeleton, added)
+    return is_added if are_edges.all() else None
+
+
+def _edges_at(skeleton: Skeleton, ends: NDArray[np.float64]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """(p,) whether there is an edge between each of (p, 2, 3) pairs of places, and (e,) which edges these are."""
+    if len(ends) == 0:
+        return np.zeros(0, dtype=bool), np.zeros(len(skeleton.edges), dtype=bool)
+    tree, numbers = cKDTree(skeleton.nodes), np.array([len(skeleton.nodes), 1])
+    place = tree.query(skeleton.nodes)[1]  # one number for all nodes at a place: an edge may have no length
+    distances, nearest = tree.query(ends)
+    of_pairs, of_edges = (np.sort(each, axis=1) @ numbers for each in (nearest, place[skeleton.edges]))
+    are_edges = (distances == 0).all(axis=1) & is_among(of_pairs, of_edges)
+    return are_edges, is_among(of_edges, of_pairs[are_edges])
 
 
 def with_present_joining_edges(before: Skeleton, after: Skeleton) -> Skeleton:
@@ -147,11 +158,8 @@ def with_present_joining_edges(before: Skeleton, after: Skeleton) -> Skeleton:
     is_joining = joining_by_report(before)
     if is_joining is None or not is_joining.any():
         return after
-    ends = before.nodes[before.edges[is_joining]]
-    distances, nodes = cKDTree(after.nodes).query(ends)
-    numbers = np.array([len(after.nodes), 1])
-    is_present = is_among(np.sort(nodes, axis=1) @ numbers, np.sort(after.edges, axis=1) @ numbers)
-    present = ends[(distances == 0).all(axis=1) & is_present].tolist()
+    ends = np.array(before.report["joining_edges"])
+    present = ends[_edges_at(after, ends)[0]].tolist()
     return replace(after, report=after.report | {"pieces_joined": len(present), "joining_edges": present})
 
 

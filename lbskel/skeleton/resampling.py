@@ -67,7 +67,9 @@ class _Paths:
 
 
 def resample(skeleton: Skeleton, *, spacing: float | None = None, n_nodes: int | None = None) -> Skeleton:
-    """Space the nodes evenly along each branch; junctions, tips, anchors, loops and what joins bodies are kept.
+    """Space the nodes evenly along each branch; junctions, tips, loops and what joins bodies are kept.
+
+    So are anchors and the first node, which is the root of a tree and may be within a branch, as a soma.
 
     Parameters
     ----------
@@ -83,8 +85,8 @@ def resample(skeleton: Skeleton, *, spacing: float | None = None, n_nodes: int |
     UnknownChoice
         If not exactly one of the two is given; if the spacing is not positive, so small that there would be more than
         ten million nodes, or above 10 and so large that no inner node of a branch would be left; if ``n_nodes`` is not
-        a whole number, so small that junctions, tips, anchors and loops cannot be kept, or another than that of a
-        skeleton without branches.
+        a whole number, so small that these nodes and loops cannot be kept, or another than that of a skeleton without
+        branches.
 
     Examples
     --------
@@ -186,7 +188,7 @@ def _counts_for_number(skeleton: Skeleton, paths: _Paths, n_nodes: Any) -> NDArr
     n_min = len(_kept_nodes(skeleton, paths)) + sum(counts) - len(counts)
     if n_asked < n_min:
         raise UnknownChoice(
-            f"n_nodes must be at least {n_min} to keep every junction, tip, anchor and loop; "
+            f"n_nodes must be at least {n_min} to keep every junction, tip, anchor, loop and the first node; "
             "a larger min_branch_ratio leaves fewer branches"
         )
     if n_asked > n_min and not counts:

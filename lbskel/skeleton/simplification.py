@@ -27,7 +27,7 @@ MAX_SPAN = 128  # number of edges that a segment may stand for, so that time is 
 
 
 def simplify_branches(skeleton: Skeleton, *, tolerance: float = 0.5) -> Skeleton:
-    """Replace every branch by the fewest straight segments; junctions, tips, anchors, loops and joins are kept.
+    """Replace every branch by the fewest straight segments; junctions, tips, anchors, the root, loops and joins stay.
 
     Parameters
     ----------

@@ -179,7 +179,19 @@ def test_what_closes_a_cut_does_not_count_for_radii():
     with_center = Mesh(np.append(pipe.vertices, [[0, 0, 6.0]], axis=0), pipe.faces)
     path = path_in(with_center, bent_path(np.linspace(-6, 6, 25), np.zeros(25)))
     cut = np.array([[0, 0, 6.0, 1.0, 0, 0, np.pi]])
-    assert tube_radii(path, Surface(with_center), open_ends=cut)[-1] == pytest.approx(1.0, abs=0.02)
+    assert tube_radii(path, Surface(with_center), cuts=cut)[-1] == pytest.approx(1.0, abs=0.02)
+
+
+def test_the_surface_beside_a_slit_counts_for_radii():
+    """The whole of a narrow part lies within half the mean radius of a slit along it."""
+    z, angles = np.linspace(0, 8, 81), np.linspace(0, 2 * np.pi, 25)[:-1]
+    radii = 0.2 - 0.12 * np.exp(-(((z - 4) / 0.4) ** 2))
+    vessel = tube(np.outer(z, [0, 0, 1]), radii, sides=24, rounded=True)
+    centers = vessel.vertices[vessel.faces].mean(axis=1)
+    is_slit = (np.abs(centers[:, 2] - 4) < 1) & (np.abs(np.arctan2(centers[:, 1], centers[:, 0])) < 2 * angles[1])
+    skeleton = skeletonize(without_faces(vessel, np.flatnonzero(is_slit)))
+    narrow = np.abs(skeleton.nodes[:, 2] - 4).argmin()
+    assert skeleton.mean_radii[narrow] == pytest.approx(0.08, rel=0.15)  # the noise of what closes the slit
 
 
 @pytest.mark.parametrize("narrowest", [0.15, 0.4])

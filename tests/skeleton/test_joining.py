@@ -206,3 +206,13 @@ def test_an_edge_between_bodies_that_is_pruned_is_no_longer_reported():
     assert (len(pruned.tips), pruned.report["pieces_joined"]) == (2, 1)
     assert pruned.report["joining_edges"] == [[[2, 0, 0], [3, 0, 0]]]
     assert joining_by_report(pruned).sum() == 1
+
+
+def test_edges_without_length_are_found_again():
+    """Pieces of a tracing that was cut at a node."""
+    nodes = [[0, 0, 0], [1, 0, 0], [1, 0, 0], [2, 0, 0], [2, 0, 0], [3, 0, 0]]
+    whole = join_components(Skeleton(nodes, [[0, 1], [2, 3], [4, 5]], [1] * 6))
+    assert whole.report["pieces_joined"] == 2
+    assert whole.edges[joining_by_report(whole)].tolist() == [[1, 2], [3, 4]]
+    simplified = simplify_branches(whole)
+    assert joining_by_report(simplified).sum() == 2

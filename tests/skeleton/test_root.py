@@ -118,6 +118,14 @@ def test_the_root_is_that_of_the_radii_that_are_asked_for():
     assert find_soma(with_mean_radii(cell)) == 2
 
 
+def test_the_root_is_chosen_before_a_skeleton_is_resampled(ring):
+    """A ring that is opened has its root at an end, and no other node is held."""
+    opened = skeletonize(ring, min_loop=60.0, n_nodes=5)
+    steps = np.linalg.norm(np.diff(opened.nodes[opened.edges], axis=1), axis=2)
+    assert (opened.degrees[0], len(opened.nodes)) == (1, 5)
+    assert steps.max() < 1.01 * steps.min()
+
+
 def test_the_root_is_chosen_after_branches_are_pruned():
     """The thick inlet is short."""
     arms = [
