@@ -31,7 +31,7 @@ from lbskel.geometry.vertex_map import is_in_largest_piece
 from lbskel.refinement.centerlines import find_section_centers
 from lbskel.refinement.containment import inside_fraction
 from lbskel.refinement.extrema import find_extrema, is_missed
-from lbskel.refinement.open_ends import NO_CUTS
+from lbskel.refinement.open_ends import NO_CUTS, cuts_with_tips
 from lbskel.refinement.radii import inscribed_radii, mean_radii, own_radii
 from lbskel.refinement.region_map import edges_with_disjoint_regions, nearest_balls
 from lbskel.skeleton.skeleton import Skeleton
@@ -62,8 +62,8 @@ def score_on(
     surface : Surface
         Of a mesh with a diameter bound of 1, with its centroid at the origin.
     open_ends : (e, 7) array of float
-        Center (3) and mean radius (1) of each cut. Within that radius of the center, what closes the cut is no surface:
-        a node counts as inside, and as far from the surface.
+        Center (3), mean radius (1) and vector area (3) of each cut. Within that radius of the center of one with a tip,
+        what closes it is no surface: a node counts as inside, and as far from the surface.
     n_loops_opened : int
         Cycles that were opened on purpose, and count as if they were there.
 
@@ -75,6 +75,7 @@ def score_on(
     skeleton, surface = _on_used_vertices(skeleton, surface)
     unit, has_map = surface.mesh, len(skeleton.node_of_vertex) > 0
     skeleton = _on_surface(skeleton, surface)
+    open_ends = cuts_with_tips(skeleton, surface, open_ends)
     node = skeleton.node_of_vertex
     distances = vector_lengths(unit.vertices - skeleton.nodes[node])
     areas = unit.vertex_areas

@@ -28,7 +28,7 @@ MAX_CUT_RATIO = 2.5
 MIN_CUT_SHARE = 0.5
 # Upper bound on the distance from the center of a cut to its rim, in mean radii of the cut: it is 1.46 for a cut that
 # is oblique by 75 degrees. Rows in the same table: 1.25 to 3 are alike, with 1 six of 90 cropped tubes have false
-# branches, with 0 sixteen
+# branches, with 0 nineteen
 RIM_RATIO = 1.5
 NO_CUTS = np.empty((0, 7))
 
