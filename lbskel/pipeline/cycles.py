@@ -36,5 +36,5 @@ def cut_cycles(skeleton: Skeleton, *, tree: bool, extension: str) -> tuple[Skele
         else f"since {extension} is a format of trees; lbskel restores them on reading"
     )
     note = f"{cut}, {why}"
-    report = {**skeleton.report, "notes": [*skeleton.report["notes"], note]}
-    return replace(to_tree(skeleton) if tree else skeleton, report=report), note
+    written = to_tree(skeleton) if tree else skeleton
+    return replace(written, report={**written.report, "notes": [*skeleton.report["notes"], note]}), note

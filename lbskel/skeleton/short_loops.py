@@ -6,7 +6,7 @@ local radii the thinnest branch is removed, so that the path around the other si
 
 from __future__ import annotations
 
-__all__ = ["open_short_loops"]
+__all__ = ["open_short_loops", "with_opened_loops"]
 
 import heapq
 from dataclasses import replace
@@ -62,11 +62,22 @@ def open_short_loops(skeleton: Skeleton, min_loop: float) -> Skeleton:
         if not removed:
             break
         opened = _without_branches(opened, removed)
-    n_opened = skeleton.cycle_rank - opened.cycle_rank
+    return with_opened_loops(skeleton, opened)
+
+
+def with_opened_loops(before: Skeleton, after: Skeleton) -> Skeleton:
+    """Count in the report of a skeleton the cycles that an edit has opened.
+
+    Parameters
+    ----------
+    before, after : Skeleton
+        ``after`` has some of the nodes and edges of ``before``.
+    """
+    n_opened = before.cycle_rank - after.cycle_rank
     if n_opened == 0:
-        return skeleton
-    report = skeleton.report | {"loops_opened": skeleton.report.get("loops_opened", 0) + n_opened}
-    return with_present_joining_edges(skeleton, replace(opened, report=report))
+        return after
+    report = before.report | {"loops_opened": before.report.get("loops_opened", 0) + n_opened}
+    return with_present_joining_edges(before, replace(after, report=report))
 
 
 def _branches_to_remove(skeleton: Skeleton, min_loop: float) -> list[NDArray[np.int64]]:

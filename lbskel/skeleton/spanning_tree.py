@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import minimum_spanning_tree
 
 from lbskel.geometry.graphs import weighted_graph
+from lbskel.skeleton.short_loops import with_opened_loops
 from lbskel.skeleton.skeleton import Skeleton
 
 
@@ -27,6 +28,11 @@ def to_tree(skeleton: Skeleton) -> Skeleton:
     skeleton : Skeleton
         Of one component or several; each becomes a tree.
 
+    Returns
+    -------
+    Skeleton
+        Its report counts the cycles in ``loops_opened``, which :func:`lbskel.score` does not miss then.
+
     Examples
     --------
     >>> from lbskel import Skeleton, to_tree
@@ -35,7 +41,7 @@ def to_tree(skeleton: Skeleton) -> Skeleton:
     >>> to_tree(ring).edges.tolist()  # of the two edges at the thinnest node the last, since both are equally long
     [[0, 1], [0, 3], [1, 2]]
     """
-    return replace(skeleton, edges=skeleton.edges[~cycle_edges(skeleton)])
+    return with_opened_loops(skeleton, replace(skeleton, edges=skeleton.edges[~cycle_edges(skeleton)]))
 
 
 def cycle_edges(skeleton: Skeleton) -> NDArray[np.bool_]:

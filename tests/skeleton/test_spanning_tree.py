@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lbskel import Skeleton, skeletonize, to_tree
+from lbskel import Skeleton, score, skeletonize, to_tree
 from lbskel.shapes import torus
 from lbskel.skeleton.spanning_tree import cycle_edges
 
@@ -47,6 +47,8 @@ def test_only_edges_change():
     for name in ("nodes", "radii", "node_of_vertex", "mean_radii", "anchors"):
         assert getattr(tree, name).tobytes() == getattr(skeleton, name).tobytes()
     assert to_tree(tree).edges.tolist() == tree.edges.tolist()
+    assert (skeleton.report["loops_opened"], tree.report["loops_opened"]) == (0, 1)
+    assert score(tree, torus(1.0, 0.3)).extra_cycles == 0
 
 
 @st.composite
