@@ -28,6 +28,7 @@ from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import PointCloud
 from lbskel.geometry.point_stars import MIN_VARIATION, distinct_points, surface_variation
 from lbskel.geometry.sorting import stable_order
+from lbskel.skeleton.short_loops import n_opened_loops
 from lbskel.skeleton.skeleton import Skeleton
 
 MAX_POINTS, MAX_GRAPH_POINTS = 20_000, 3_000  # of a cloud for sections, and for its ends; guesses that bound the time
@@ -113,9 +114,7 @@ def score_points(
         # a sparse limb may be in several parts
         extra_components=-alone or max(0, skeleton.n_components - int(part.max()) - 1),
         extra_cycles=None,
-        tunnels_missed=max(
-            0, count_cut_loops(skeleton, points, graph, tree, point_tree) - int(skeleton.report.get("loops_opened", 0))
-        ),
+        tunnels_missed=max(0, count_cut_loops(skeleton, points, graph, tree, point_tree) - n_opened_loops(skeleton)),
         connected_regions=None,
         adjacent_regions=None,
         shortcut_edges=None,

@@ -21,6 +21,7 @@ from lbskel.io import as_shape
 from lbskel.pipeline.preparation import PreparedMesh, prepare
 from lbskel.preprocess import Pipeline
 from lbskel.skeleton.joining import joining_by_report
+from lbskel.skeleton.short_loops import n_opened_loops
 from lbskel.skeleton.skeleton import Skeleton
 
 
@@ -79,7 +80,6 @@ def score_prepared(skeleton: Skeleton, prepared: PreparedMesh, *, deadline: Dead
         After it, OutOfTime is raised.
     """
     require_scorable(skeleton, len(prepared.source.vertices))
-    n_opened = int(skeleton.report.get("loops_opened", 0))
     unit = prepared.skeleton_to_unit(skeleton)
     is_joining = joining_by_report(skeleton)
     if is_joining is None:
@@ -88,7 +88,7 @@ def score_prepared(skeleton: Skeleton, prepared: PreparedMesh, *, deadline: Dead
     deadline.check()
     open_ends = np.concatenate([body.open_ends for body in prepared.bodies])
     surface = replace(prepared.surface, deadline=deadline)
-    return score_on(unit, surface, open_ends=open_ends, n_loops_opened=n_opened)
+    return score_on(unit, surface, open_ends=open_ends, n_loops_opened=n_opened_loops(skeleton))
 
 
 def score_cloud(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.int64] | None = None) -> Score:

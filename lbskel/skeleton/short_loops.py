@@ -6,7 +6,7 @@ local radii the thinnest branch is removed, so that the path around the other si
 
 from __future__ import annotations
 
-__all__ = ["open_short_loops", "with_opened_loops"]
+__all__ = ["n_opened_loops", "open_short_loops", "with_opened_loops"]
 
 import heapq
 from dataclasses import replace
@@ -65,19 +65,31 @@ def open_short_loops(skeleton: Skeleton, min_loop: float) -> Skeleton:
     return with_opened_loops(skeleton, opened)
 
 
-def with_opened_loops(before: Skeleton, after: Skeleton) -> Skeleton:
+def with_opened_loops(before: Skeleton, after: Skeleton, count: str = "loops_opened") -> Skeleton:
     """Count in the report of a skeleton the cycles that an edit has opened.
 
     Parameters
     ----------
     before, after : Skeleton
         ``after`` has some of the nodes and edges of ``before``.
+    count : str
+        The entry of the report: ``loops_opened``, or ``cycles_cut`` where all were.
     """
     n_opened = before.cycle_rank - after.cycle_rank
     if n_opened == 0:
         return after
-    report = before.report | {"loops_opened": before.report.get("loops_opened", 0) + n_opened}
+    report = before.report | {count: before.report.get(count, 0) + n_opened}
     return with_present_joining_edges(before, replace(after, report=report))
+
+
+def n_opened_loops(skeleton: Skeleton) -> int:
+    """Count the cycles that were opened on purpose, according to the report.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    """
+    return sum(int(skeleton.report.get(count, 0)) for count in ("loops_opened", "cycles_cut"))
 
 
 def _branches_to_remove(skeleton: Skeleton, min_loop: float) -> list[NDArray[np.int64]]:

@@ -31,7 +31,7 @@ def to_tree(skeleton: Skeleton) -> Skeleton:
     Returns
     -------
     Skeleton
-        Its report counts the cycles in ``loops_opened``, which :func:`lbskel.score` does not miss then.
+        Its report counts the cycles in ``cycles_cut``, which :func:`lbskel.score` does not miss then.
 
     Examples
     --------
@@ -41,7 +41,8 @@ def to_tree(skeleton: Skeleton) -> Skeleton:
     >>> to_tree(ring).edges.tolist()  # of the two edges at the thinnest node the last, since both are equally long
     [[0, 1], [0, 3], [1, 2]]
     """
-    return with_opened_loops(skeleton, replace(skeleton, edges=skeleton.edges[~cycle_edges(skeleton)]))
+    tree = replace(skeleton, edges=skeleton.edges[~cycle_edges(skeleton)])
+    return with_opened_loops(skeleton, tree, "cycles_cut")
 
 
 def cycle_edges(skeleton: Skeleton) -> NDArray[np.bool_]:
