@@ -1,6 +1,7 @@
 """Products such as S^T S and S M^-1 S, with a bound on their memory: a row of k entries becomes a dense block of k x k.
 
-So does the vertex at the center of a fan, as at a closed hole or a cap of CAD, whose factorization takes k^3 steps.
+Such a row belongs to the center of a fan of k triangles, as at a closed hole or in a cap of a CAD model. The
+factorization takes k^3 steps.
 """
 
 from __future__ import annotations

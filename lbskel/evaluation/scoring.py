@@ -62,8 +62,8 @@ def score_on(
     surface : Surface
         Of a mesh with a diameter bound of 1, with its centroid at the origin.
     open_ends : (e, 7) array of float
-        Center (3), mean radius (1) and vector area (3) of each cut. Within that radius of the center of one with a tip,
-        what closes it is no surface: a node counts as inside, and as far from the surface.
+        Center (3), mean radius (1) and vector area (3) of each cut. Within the radius of a cut that has a tip, what
+        closes it does not count: a node there counts as inside, and as that radius away from the surface.
     n_loops_opened : int
         Cycles that were opened on purpose, and count as if they were there.
 

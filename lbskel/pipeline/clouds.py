@@ -31,6 +31,7 @@ from lbskel.preprocess.reconstruction import surface_and_points
 from lbskel.refinement.anchors import as_place
 from lbskel.refinement.radii import mean_axis_distances
 from lbskel.skeleton.joining import JOIN_ANGLE, JOIN_REACH, join_components
+from lbskel.skeleton.resampling import resample
 from lbskel.skeleton.root import reroot_by_thickness
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -64,6 +65,7 @@ def skeletonize_cloud(
     preprocess: str | Pipeline | None = "auto",
     join: str = "pieces",
     radius_kind: str = "inscribed",
+    n_nodes: int | None = None,
     timer: StageTimer,
 ) -> Skeleton:
     """Make the skeleton of the surface through a cloud, with a node for every point.
@@ -73,7 +75,7 @@ def skeletonize_cloud(
     cloud : PointCloud
     skeletonize : callable
         Makes the skeleton of a mesh.
-    anchors, root, preprocess, join, radius_kind
+    anchors, root, preprocess, join, radius_kind, n_nodes
         As for :func:`lbskel.skeletonize`, where ``preprocess`` is a preparation of clouds, not a pipeline of meshes.
     timer : StageTimer
 
@@ -108,6 +110,8 @@ def skeletonize_cloud(
     mapped = replace(mapped, radii=np.minimum(mapped.radii, means), mean_radii=means)
     if root is None:
         mapped = reroot_by_thickness(mapped, radius_kind)
+    if n_nodes is not None:
+        mapped = resample(mapped, n_nodes=n_nodes)
     neighbors = points.source_neighbors(SCORED_NEIGHBORS)
     scored = timer.optional("score points", lambda _: score_cloud(mapped, cloud, neighbors), None, is_needed=True)
     return replace(mapped, report=_report(mapped, cloud, surface, scored, timer, timer.skipped[n_skipped:]))

@@ -90,7 +90,7 @@ def skeletonize(
         An end branch is kept where the surface it represents reaches this many local radii from its junction, 1.5 by
         default, and is no corner of a blunt end: it is longer than its own radius, or than a lower share of it for a
         lower ratio, or leads to an end that the surface tells, or to a cut. Values above 1.5 give what
-        :func:`lbskel.prune` makes of the default skeleton.
+        :func:`lbskel.prune` makes of the default skeleton, with the root chosen after pruning.
     tip_position : str, optional
         ``inside``, the default, ends branches at the center of the last inscribed ball, ``surface`` on the surface.
     join : str, optional
@@ -176,10 +176,9 @@ def skeletonize(
         skeleton = skeletonize_points(shape, settings, given, n_nodes=n_nodes, timer=timer, **places)
     elif isinstance(shape, PointCloud):
         of_mesh = partial(_skeletonize_mesh, settings=settings, options=options, is_scored=False)
-        of_mesh = partial(of_mesh, simplify=simplify, n_nodes=n_nodes, memory_limit=memory_limit)
-        skeleton = skeletonize_cloud(
-            shape, of_mesh, **places, join=options["join"], radius_kind=options["radius_kind"], timer=timer
-        )
+        of_mesh = partial(of_mesh, simplify=simplify, n_nodes=None, memory_limit=memory_limit)
+        edits = {"join": options["join"], "radius_kind": options["radius_kind"], "n_nodes": n_nodes}
+        skeleton = skeletonize_cloud(shape, of_mesh, **places, **edits, timer=timer)
     else:
         limits = {"simplify": simplify, "n_nodes": n_nodes, "memory_limit": memory_limit}
         skeleton = _skeletonize_mesh(shape, settings=settings, options=options, **limits, **places, timer=timer)

@@ -14,7 +14,9 @@ __all__ = [
     "removed_fraction",
 ]
 
+from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import igl
@@ -24,7 +26,7 @@ from numpy.typing import NDArray
 from lbskel.errors import MeshError, UnknownChoice, choose, were
 from lbskel.geometry.canonical_order import in_canonical_order
 from lbskel.geometry.components import MIN_FACES, components, find_crumbs, find_twigs
-from lbskel.geometry.deadline import NEVER, Deadline
+from lbskel.geometry.deadline import NEVER, Deadline, OutOfTime
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.roughness import ROUGHNESS_LIMIT, roughness
 from lbskel.geometry.shape_diameter import local_radii, set_local_radii
@@ -52,10 +54,10 @@ COARSE_EDGE = 0.8
 # gain; that measurement is not in a committed table.
 MAX_COARSE_FRACTION = 0.1
 
-# Fraction of the area above which any mesh is: a machine part has many small faces on its fillets, few on its flats. By
-# hand, of arcs, combs and plates whose skeletons are wrong otherwise 0.30 and more is coarse; elephants, of which 0.09
-# and 0.11 is, have a tip less and axes farther off where they are refined, and a ribbon 20 times as wide as thick, of
-# which 0.17 is, has false tips
+# Fraction of the area that is coarse above which any mesh is refined: machine parts have many small faces on their
+# fillets and few on their flats. By hand: arcs, combs and plates whose skeletons are wrong unless they are refined have
+# 0.30 and more; two elephants (0.09, 0.11) lose a tip and accuracy by it, and a ribbon 20 times as wide as thick (0.17)
+# gets false tips
 MAX_COARSE_AREA = 0.2
 
 # Longest perimeter of a hole that is closed, as a fraction of the diameter bound. The ends of pipes are closed too,
@@ -140,9 +142,10 @@ def _preprocess_as_needed(mesh: Mesh, deadline: Deadline) -> PreprocessResult:
             result = split  # bodies that touch; neither an inner wall, nor a fin, nor debris
     elif (_component_volumes(result.mesh) < 0).any():
         result = result.compose(fix_orientation)
-    for step in (_remove_cavities, _remove_crumbs, _smooth_if_rough, _refine_if_coarse):
+    for step in (_remove_cavities, _remove_crumbs, _smooth_if_rough, partial(_refine_if_coarse, deadline=deadline)):
         if deadline.seconds_left > 0:
-            result = result.compose(step)
+            with suppress(OutOfTime):
+                result = result.compose(step)
     if deadline.seconds_left < 0:
         result = replace(result, notes=(*result.notes, OUT_OF_TIME))
     steps = [step for step in result.report.get("steps", []) if step["notes"]]
@@ -172,12 +175,12 @@ def _smooth_if_rough(mesh: Mesh) -> PreprocessResult:
     return smooth_noise(mesh, iterations=N_SMOOTHING_ITERATIONS)
 
 
-def _refine_if_coarse(mesh: Mesh) -> PreprocessResult:
+def _refine_if_coarse(mesh: Mesh, deadline: Deadline) -> PreprocessResult:
     """Refine a coarse mesh; faces that are not connected have no thickness."""
     if find_crumbs(mesh).all():
         return identity_result(mesh)
-    ordered, vertex_map, mirror = in_canonical_order(mesh)  # which is contracted next, if it is not refined
-    set_local_radii(mesh, local_radii(ordered)[vertex_map.indices])
+    ordered, vertex_map, mirror = in_canonical_order(mesh)  # whose radii are needed next, if it is not refined
+    set_local_radii(mesh, local_radii(ordered, deadline=deadline)[vertex_map.indices])
     is_coarse = coarse_faces(mesh, COARSE_EDGE)
     has_many = len(mesh.faces) <= MAX_FACES and is_coarse.mean() > MAX_COARSE_FRACTION
     if not (has_many or mesh.face_areas[is_coarse].sum() > MAX_COARSE_AREA * mesh.area):

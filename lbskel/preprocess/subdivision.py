@@ -20,8 +20,8 @@ from lbskel.preprocess.result import PreprocessResult, identity_result, preproce
 # 0.477 of their tips are found in place of 0.465; with 18,000, 0.457 are
 MAX_FACES = 19_000
 
-# The same for a mesh of more faces, as a multiple of these: about what the limit gives the neurons. By hand, a plate of
-# 40,000 faces with 400 holes has an axis twice too long without refinement, and the right one with 1.3 to 2
+# The same for a mesh of more faces, as a multiple of these. By hand, the axis of a plate of 40,000 faces with 400 holes
+# is twice as long as it should be without refinement, and right with 1.3 to 2
 MAX_GROWTH = 1.3
 
 MAX_ROUNDS = 8  # each round halves the longest edges; a guess
@@ -33,11 +33,11 @@ FACTOR_STEP = 1.1  # by which the limit is raised until there are few enough fac
 
 @preprocess_step
 def refine(mesh: Mesh, *, max_edge_length: float = 0.5) -> PreprocessResult:
-    """Split edges that are long relative to the local thickness, until none is or there are about 19,000 faces.
+    """Split edges that are long relative to the local thickness, until none is or there are many faces.
 
-    A mesh of more than 14,600 faces gets up to 1.3 times as many. Where the limit would take more faces, it is raised
-    by one factor everywhere, so that thick and thin parts stay equally fine, and faces are divided by their shorter
-    diagonals, which need fewer faces for the same edges.
+    These are about 19,000, or 1.3 times as many as before where that is more. Where the limit would take more faces, it
+    is raised by one factor everywhere, so that thick and thin parts stay equally fine, and faces are divided by their
+    shorter diagonals, which need fewer faces for the same edges.
 
     Parameters
     ----------

@@ -52,7 +52,8 @@ def prune_blunt_ends(
         As for :func:`lbskel.skeletonize`. Below its default, the length from which a branch is kept shrinks in
         proportion.
     open_ends : (e, 7) array of float
-        Center (3) and radius (1) of each cut. The branch with the nearest tip is kept: its limb goes on to the cut.
+        As for :func:`lbskel.refinement.open_ends.tips_at_open_ends`. The branch with the nearest tip is kept: its limb
+        goes on to the cut.
     """
     min_length = MIN_LENGTH * min(min_branch_ratio / MIN_BRANCH_RATIO, 1.0)
     while ends := _blunt_ends(skeleton, surface, min_length, open_ends):

@@ -83,11 +83,13 @@ def _reaches(skeleton: Skeleton, nodes: NDArray[np.int64], surface: Surface) -> 
 
     These are in a ball around the mean of the branch's nodes, so that the bound does not depend on the pose.
     """
-    extents, (V, F) = np.zeros(len(skeleton.nodes)), (surface.mesh.vertices, surface.mesh.faces)
+    V, F = surface.mesh.vertices, surface.mesh.faces
+    extents = np.zeros(len(skeleton.nodes))
     number = skeleton.node_of_vertex[F[:, 0]]
     for corner in F.T:
         np.maximum.at(extents, number, vector_lengths(V[corner] - skeleton.nodes[number]))
-    (along, begins), sizes = skeleton.flat_branches, np.diff(skeleton.flat_branches[1])
+    along, begins = skeleton.flat_branches
+    sizes = np.diff(begins)
     centers = np.add.reduceat(skeleton.nodes[along], begins[:-1]) / sizes[:, None]
     to_center = vector_lengths(skeleton.nodes[along] - np.repeat(centers, sizes, axis=0))
     balls = np.maximum.reduceat(to_center + extents[along], begins[:-1])

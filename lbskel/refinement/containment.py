@@ -47,7 +47,8 @@ def inside_fraction(
     tolerance : float or (k,) array of float
         Distance from the surface, at each node, up to which a point outside counts as inside.
     open_ends : (e, 7) array of float
-        Center (3) and radius (1) of each cut, within which a point counts as inside.
+        Center (3), mean radius (1) and vector area (3) of each cut. A point within the radius of the center counts as
+        inside.
     """
     allowed = np.broadcast_to(tolerance, len(skeleton.nodes))
     if len(skeleton.edges) == 0 or not skeleton.length > 0:

@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
-from scipy.spatial.distance import cdist
 
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.surface_queries import Surface
@@ -85,10 +84,9 @@ def are_at_rims(points: NDArray[np.float64], cuts: NDArray[np.float64]) -> NDArr
     ----------
     points : (k, 3) array of float
     cuts : (c, 7) array of float
-        Center (3) and mean radius (1) of each cut.
+        Center (3), mean radius (1) and vector area (3) of each cut.
     """
-    near: NDArray[np.bool_] = (cdist(points, cuts[:, :3]) < RIM_RATIO * cuts[:, 3]).any(axis=1)
-    return near
+    return are_within_cuts(points, cuts, share=RIM_RATIO)
 
 
 def are_within_cuts(points: NDArray[np.float64], cuts: NDArray[np.float64], *, share: float = 1.0) -> NDArray[np.bool_]:
@@ -98,8 +96,9 @@ def are_within_cuts(points: NDArray[np.float64], cuts: NDArray[np.float64], *, s
     ----------
     points : (k, 3) array of float
     cuts : (c, 7) array of float
-        Center (3) and mean radius (1) of each cut.
+        Center (3), mean radius (1) and vector area (3) of each cut.
     share : float
+        Of the radius of each cut, within which points count.
     """
     are_within = np.zeros(len(points), dtype=bool)
     if len(cuts) and len(points):

@@ -25,7 +25,8 @@ from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.surface_graph import SurfaceGraph, surface_graph
 
 # Lower bound on the number of cells of a surface, if it has as many vertices: a limb needs several to be found.
-# A guess; with 1,400 and 2,800 scores of three of 35 meshes change in benchmarks/results/constants.md
+# A guess; with 1,400 cells the scores of three of 35 meshes change, with 2,800 that of one
+# (benchmarks/results/constants.md)
 N_CELLS = 2000
 # Upper bound on the area of a cell, in squared local radii: a limb has a cell for each 2.5 radii of its length.
 # "Cells of a surface" in benchmarks/results/neurons.md

@@ -39,7 +39,7 @@ def extend_tips(skeleton: Skeleton, surface: Surface, tips: NDArray[np.int64] | 
         Centered, so that its end branches follow the centerlines.
     surface : Surface
     tips : (t,) array of int, optional
-        Those that are extended, all by default.
+        Those that are extended or shortened, all by default.
     """
     is_extended = np.isin(np.arange(len(skeleton.nodes)), skeleton.tips if tips is None else tips)
     ends = [way for branch in skeleton.branches for way in (branch, branch[::-1]) if is_extended[way[-1]]]

@@ -88,7 +88,11 @@ def fit_tubes(skeleton: Skeleton, surface: Surface) -> Skeleton:
     along = axis_directions(skeleton)[tips]
     moves[tips] -= np.einsum("ki,ki->k", moves[tips], along)[:, None] * along
     nodes = keep_sides(skeleton, skeleton.nodes + moves, surface)
-    return replace(skeleton, nodes=_kept_in_order(skeleton, _kept_inside(skeleton, nodes, surface)))
+    while True:  # nodes go back to their old places only
+        inside = _kept_inside(skeleton, nodes, surface)
+        nodes = _kept_in_order(skeleton, inside)
+        if np.array_equal(nodes, inside):
+            return replace(skeleton, nodes=nodes)
 
 
 def tube_radii(skeleton: Skeleton, surface: Surface, *, cuts: NDArray[np.float64] = NO_CUTS) -> NDArray[np.float64]:
@@ -102,9 +106,9 @@ def tube_radii(skeleton: Skeleton, surface: Surface, *, cuts: NDArray[np.float64
     skeleton : Skeleton
         With a node for each vertex of the mesh.
     surface : Surface
-        The vertices of its proxy count, but for those that close cuts.
+        The vertices of its proxy count, but for those within half the radius of a cut from its center, which close it.
     cuts : (c, 7) array of float
-        Center (3) and mean radius (1) of each cut with a tip, in the coordinates of the surface.
+        Those with a tip, as from :func:`lbskel.refinement.open_ends.cuts_with_tips`.
     """
     start = mean_axis_distances(skeleton, surface.mesh.vertices)
     if len(skeleton.edges) == 0:
@@ -222,7 +226,7 @@ def _step(
 
 
 def _kept_in_order(skeleton: Skeleton, nodes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(k, 3) new positions, or the old ones of three successive nodes, one of which would pass another on a branch."""
+    """(k, 3) new positions; the old ones of each three successive nodes of a branch at which it would turn back."""
     kept, triples = np.array(nodes), np.stack(skeleton.triples)
     olds = np.diff(skeleton.nodes[triples], axis=0)
     while True:

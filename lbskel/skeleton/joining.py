@@ -69,8 +69,8 @@ def join_components(
     Returns
     -------
     Skeleton
-        Its report counts the pairs in ``pieces_joined``, and has the ends of the edges in ``joining_edges``, so that
-        :func:`lbskel.score` and later edits leave these out.
+        If there was something to join, its report counts the added edges in ``pieces_joined`` and lists their ends in
+        ``joining_edges``; :func:`lbskel.score` and later edits leave these out.
 
     Raises
     ------

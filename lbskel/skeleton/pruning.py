@@ -105,16 +105,20 @@ def prune(skeleton: Skeleton, mesh: Any, *, min_branch_ratio: float = MIN_BRANCH
             f"prune needs the mesh that the skeleton's node_of_vertex belongs to: the map has "
             f"{len(skeleton.node_of_vertex)} vertices and the mesh {len(mesh.vertices)}"
         )
-    before = skeleton
     is_counted = ~find_crumbs(mesh)[mesh.component_of_vertex[mesh.faces[:, 0]]]
     if 0 < np.count_nonzero(is_counted) < len(is_counted):
         mesh = Mesh(mesh.vertices, mesh.faces[is_counted])
+    return with_present_joining_edges(skeleton, _pruned(skeleton, mesh, min_branch_ratio))
+
+
+def _pruned(skeleton: Skeleton, mesh: Mesh, min_branch_ratio: float) -> Skeleton:
+    """Remove the shortest end branches of each junction, until none is short or two branches are left."""
     while True:
         is_anchor = np.zeros(len(skeleton.nodes), dtype=bool)
         is_anchor[skeleton.anchors] = True
         ends = [branch for branch in skeleton.end_branches if not is_anchor[branch[1:]].any()]
         if not ends:
-            return with_present_joining_edges(before, skeleton)
+            return skeleton
         junctions = np.array([b[0] for b in ends])
         ratios = farthest_vertices(skeleton, mesh, ends)[1] / np.maximum(skeleton.radii[junctions], 1e-300)
         order = np.lexsort((ratios, junctions))
@@ -123,7 +127,7 @@ def prune(skeleton: Skeleton, mesh: Any, *, min_branch_ratio: float = MIN_BRANCH
         shortest = order[rank < skeleton.degrees[junctions[order]] - 2]
         short = shortest[ratios[shortest] <= min_branch_ratio]
         if len(short) == 0:
-            return with_present_joining_edges(before, skeleton)
+            return skeleton
         skeleton = contract_branches(skeleton, [ends[end] for end in short.tolist()])
 
 

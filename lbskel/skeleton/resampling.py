@@ -115,7 +115,8 @@ def _resampled(skeleton: Skeleton, *, spacing: float | None, n_nodes: int | None
 def space_evenly(skeleton: Skeleton, spacing: float, stays: Callable[[Polylines, Polylines], Mask]) -> Skeleton:
     """Resample branches; those that may not change only get nodes on their chords, where their own are far apart.
 
-    A branch gets at most three pieces per present edge, and so has as many where its radii are zero.
+    A branch gets at most three pieces per present edge: just as many where its radii are zero, and those that it has
+    where it has no length.
 
     Parameters
     ----------

@@ -37,8 +37,8 @@ def reroot_by_thickness(skeleton: Skeleton, radius_kind: str = "inscribed") -> S
     Parameters
     ----------
     skeleton : Skeleton
-        With inscribed radii, and with mean ones if these count.
-    radius_kind : str
+        With ``mean_radii`` if these count.
+    radius_kind : {"inscribed", "mean"}
         Which radii count.
     """
     if len(skeleton.nodes) == 0:

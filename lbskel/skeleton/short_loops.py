@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from lbskel.errors import UnknownChoice, is_number
 from lbskel.geometry.normals import vector_lengths
 from lbskel.skeleton.editing import contract_nodes
-from lbskel.skeleton.joining import with_present_joining_edges
 from lbskel.skeleton.skeleton import Skeleton
 
 MIN_RADIUS = 0.25  # lower bound on the radius that divides a length, in median radii of the branch; a guess
@@ -39,7 +38,8 @@ def open_short_loops(skeleton: Skeleton, min_loop: float) -> Skeleton:
     Returns
     -------
     Skeleton
-        Its report counts the loops in ``loops_opened``, which :func:`lbskel.score` does not miss then.
+        If a loop was opened, its report counts them in ``loops_opened``; :func:`lbskel.score` does not count these as
+        missing.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def with_opened_loops(before: Skeleton, after: Skeleton, count: str = "loops_ope
     if n_opened == 0:
         return after
     report = before.report | {count: before.report.get(count, 0) + n_opened}
-    return with_present_joining_edges(before, replace(after, report=report))
+    return replace(after, report=report)
 
 
 def n_opened_loops(skeleton: Skeleton) -> int:

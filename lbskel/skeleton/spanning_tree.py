@@ -31,7 +31,8 @@ def to_tree(skeleton: Skeleton) -> Skeleton:
     Returns
     -------
     Skeleton
-        Its report counts the cycles in ``cycles_cut``, which :func:`lbskel.score` does not miss then.
+        If a cycle was cut, its report counts them in ``cycles_cut``; :func:`lbskel.score` does not count these as
+        missing.
 
     Examples
     --------

@@ -171,6 +171,19 @@ def test_radii_of_a_bulge_are_those_of_its_tubes():
     assert np.abs(found - radii).mean() < 0.5 * np.abs(means - radii).mean()
 
 
+def test_nodes_that_are_kept_in_order_stay_inside():
+    """What goes back so that a branch does not turn back may leave the surface between its nodes."""
+    angles = np.linspace(0, 1.5, 40)
+    arc = 2 * np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+    mesh = tube(arc, 0.35, sides=16, rounded=True)
+    places = 0.3 + np.array([0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9])
+    path = path_in(mesh, 2 * np.stack([np.cos(places), np.sin(places), 0 * places], axis=1))
+    fitted = fit_tubes(path, Surface(mesh))
+    before, after = fitted.nodes[1:-1] - fitted.nodes[:-2], fitted.nodes[2:] - fitted.nodes[1:-1]
+    assert (np.einsum("ki,ki->k", before, after) > 0).all()
+    assert not segments_outside(fitted.nodes, fitted.edges, Surface(mesh)).any()
+
+
 def test_what_closes_a_cut_does_not_count_for_radii():
     """Whose vertex is on the axis."""
     skeleton = skeletonize(cylinder(1.0, 12.0, 24, 40))
