@@ -162,9 +162,9 @@ def _is_continuous(skeleton: Skeleton, is_own: NDArray[np.bool_], radii: NDArray
         branch = skeleton.branches[stepped]
         own = branch[is_own[branch]]
         for path, end in ((own, branch[-1]), (own[::-1], branch[0])):
-            half, middle = path[len(path) // 2 :], path[len(path) // 3 : len(path) // 2 + 1]
+            third, half = len(path) // 3, path[len(path) // 2 :]
             if skeleton.degrees[end] >= 3 and len(half):
-                largest = np.maximum(np.maximum.accumulate(radii[half])[:-1], radii[middle].max())
+                largest = np.maximum.accumulate(radii[path[third:]])[-len(half) : -1]
                 is_jump = radii[half[1:]] > MAX_GROWTH * largest
                 is_continuous[half[1:][np.logical_or.accumulate(is_jump)]] = False
     return is_continuous

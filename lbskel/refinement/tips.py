@@ -48,17 +48,25 @@ def extend_tips(skeleton: Skeleton, surface: Surface, tips: NDArray[np.int64] | 
         return skeleton
     directions = np.array([skeleton.nodes[end[-1]] - skeleton.nodes[end[-4:][0]] for end in ends])
     directions /= vector_lengths(directions)[:, None]
-    skeleton = _with_centered_ends(skeleton, surface, ends, directions)
-    skeleton, last = _with_shortened_ends(skeleton, surface, ends, directions)
+    sections = _sections_of_tips(skeleton, surface, ends, directions)
+    skeleton = _with_centered_ends(skeleton, surface, ends, sections)
+    skeleton, last = _with_shortened_ends(skeleton, surface, ends, directions, sections)
     return extend_ends(skeleton, surface, last, trace_centerline(surface, skeleton.nodes[last], directions))
 
 
-def _with_centered_ends(
+def _sections_of_tips(
     skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]], directions: NDArray[np.float64]
+) -> Sections:
+    """Cut the surface across each end at its tip."""
+    tips = skeleton.nodes[[end[-1] for end in ends]]
+    return cross_sections(surface.mesh, tips, directions, deadline=surface.deadline)
+
+
+def _with_centered_ends(
+    skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]], section: Sections
 ) -> Skeleton:
     """Move the tips to the centroids of their cross-sections, where the sections surround the tips."""
     nodes, first, last = np.array(skeleton.nodes), [end[0] for end in ends], [end[-1] for end in ends]
-    section = cross_sections(surface.mesh, nodes[last], directions, deadline=surface.deadline)
     offset, length = (vector_lengths(nodes[last] - other) for other in (section.centroids, nodes[first]))
     is_own = section.surrounds & (offset <= section.radii)
     is_own &= (offset <= length) & surface.contains(section.centroids)
@@ -67,7 +75,11 @@ def _with_centered_ends(
 
 
 def _with_shortened_ends(
-    skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]], directions: NDArray[np.float64]
+    skeleton: Skeleton,
+    surface: Surface,
+    ends: list[NDArray[np.int64]],
+    directions: NDArray[np.float64],
+    section: Sections,
 ) -> tuple[Skeleton, NDArray[np.int64]]:
     """Move tips back from a surface ahead that is nearer than that around them; return (e,) their numbers, too.
 
@@ -75,7 +87,6 @@ def _with_shortened_ends(
     beyond its middle.
     """
     last = np.array([end[-1] for end in ends])
-    section = cross_sections(surface.mesh, skeleton.nodes[last], directions, deadline=surface.deadline)
     inner = surface.distance(skeleton.nodes[[end[-4:][0] for end in ends]])
     radii = np.minimum(_hydraulic_radii(section), inner)  # of a flat section, half its thickness
     excess = np.where(section.surrounds, radii - surface.ray_distance(skeleton.nodes[last], directions), 0.0)
