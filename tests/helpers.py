@@ -44,6 +44,16 @@ def moved(mesh, by):
     return mesh.with_vertices(mesh.vertices + [by, 0, 0])
 
 
+def with_flat_triangle(mesh):
+    """The mesh with a face in its middle along z divided, so that one part is a millionth as high as long."""
+    faces, z = mesh.faces.copy(), mesh.vertices[:, 2]
+    split = np.abs(z[faces].mean(axis=1) - z.mean()).argmin()
+    a, b, c = faces[split]
+    middle, n = (mesh.vertices[a] + mesh.vertices[b]) / 2, len(mesh.vertices)
+    faces[split] = [n, b, c]
+    return Mesh([*mesh.vertices, middle + 1e-6 * (mesh.vertices[c] - middle)], [*faces, [a, n, c], [a, b, n]])
+
+
 def nearest_rows(points, targets):
     """For each point, the row of the nearest target."""
     return np.linalg.norm(points[:, None] - np.asarray(targets), axis=2).argmin(axis=1)

@@ -13,12 +13,8 @@ from scipy.sparse import csc_array
 
 from lbskel.errors import MeshError
 
-# Row from which blocks are counted, in entries: a block of that size takes 0.2 GB. Meshes of any size whose rows are
-# shorter, as those of nearly all are, have no bound but memory.
-LONG_ROW = 1000
-# Upper bound on the entries of blocks. As measured on fans of 1,000 to 4,000 triangles each takes 130 bytes while the
-# matrix is factorized, and 200 where anchors are chosen: 6.5 and 10 GB. One vertex of 7,000 neighbors has as many.
-MAX_ENTRIES = 50_000_000
+# Upper bound on the neighbors of a vertex. The memory follows from benchmarks/results/fans.md: FILLED
+MAX_NEIGHBORS = 5_000
 
 
 def matrix_product(A: csc_array, B: csc_array, dimensions: int = 1) -> csc_array:
@@ -34,21 +30,15 @@ def matrix_product(A: csc_array, B: csc_array, dimensions: int = 1) -> csc_array
     Raises
     ------
     MeshError
-        If rows are so long that memory might run out; the vertex of the longest is named.
+        If a vertex has so many neighbors that memory might run out; the one with the most is named.
     """
-    rows = B.tocsr()
-    lengths = np.diff(rows.indptr).astype(np.int64)
-    is_long = lengths > dimensions * LONG_ROW
-    if is_long.any():
-        n_coupled = len(np.unique(rows[np.flatnonzero(is_long)].indices))  # their blocks may overlap
-        n_entries = min(int((lengths[is_long] ** 2).sum()), n_coupled**2)
-        if n_entries > MAX_ENTRIES:
-            longest = int(lengths.argmax())
-            raise MeshError(
-                f"vertex {longest // dimensions} has {lengths[longest] // dimensions - 1:,} neighbors: the squared "
-                f"matrix has {n_entries:,} entries where rows are as long, at most {MAX_ENTRIES:,}; divide the fan of "
-                "triangles by the preprocessing step remesh_isotropic, or take a method that squares no matrix: "
-                "'implicit' to smooth, 'harmonic' to edit"
-            )
+    n_neighbors = np.diff(B.tocsr().indptr) // dimensions - 1
+    longest = int(n_neighbors.argmax()) if len(n_neighbors) else 0
+    if len(n_neighbors) and n_neighbors[longest] > MAX_NEIGHBORS:
+        raise MeshError(
+            f"vertex {longest // dimensions} has {n_neighbors[longest]:,} neighbors, more than {MAX_NEIGHBORS:,}: the "
+            "squared matrix might not fit in memory; divide the fan of triangles by the preprocessing step "
+            "remesh_isotropic, or take a method that squares no matrix: 'implicit' to smooth, 'harmonic' to edit"
+        )
     product: csc_array = (A @ B).tocsc()
     return product

@@ -3,6 +3,7 @@
 import igl
 import numpy as np
 import pytest
+from helpers import with_flat_triangle
 
 from lbskel import Mesh, MeshError, SolveError, UnknownChoice, edit, laplacian, rigid_motion
 from lbskel.applications.deformation_methods import EDITING_METHODS, ITERATIVE, Constraints
@@ -141,12 +142,7 @@ def test_parts_that_hang_on_one_vertex_are_refused_as_they_may_turn(rod, weight,
 
 
 def test_a_long_thin_triangle_is_no_part_that_may_turn(rod):
-    faces, z = rod.faces.copy(), rod.vertices[:, 2]
-    split = np.abs(z[faces].mean(axis=1) - z.mean()).argmin()
-    a, b, c = faces[split]
-    middle, n = (rod.vertices[a] + rod.vertices[b]) / 2, len(rod.vertices)
-    faces[split] = [n, b, c]
-    capped = Mesh([*rod.vertices, middle + 1e-6 * (rod.vertices[c] - middle)], [*faces, [a, n, c], [a, b, n]])
+    capped, n, z = with_flat_triangle(rod), len(rod.vertices), rod.vertices[:, 2]
     handles = [np.flatnonzero(z < z.min() + 0.5), np.flatnonzero(z > z.max() - 0.5)]
     found, expected = (
         edit(mesh, handles, MOTIONS, method="similarity", operator="cotangent").vertices for mesh in (capped, rod)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from helpers import joined, moved
+from helpers import joined, moved, with_flat_triangle
 
 from lbskel import EDITING_METHODS, Editor, Mesh, MeshError, SolveError, UnknownChoice, edit, rigid_motion
 from lbskel.applications.deformation_methods import ITERATIVE
@@ -80,12 +80,7 @@ def test_every_symmetric_operator_edits(rod, operator):
 
 def test_flat_triangles_hardly_change_the_result(rod):
     """A triangle a millionth as high as long: with cotangent weights vertices are thrown thousands of diagonals off."""
-    faces, z = rod.faces.copy(), rod.vertices[:, 2]
-    split = np.abs(z[faces].mean(axis=1) - z.mean()).argmin()
-    a, b, c = faces[split]
-    middle, n = (rod.vertices[a] + rod.vertices[b]) / 2, len(rod.vertices)
-    faces[split] = [n, b, c]
-    capped = Mesh([*rod.vertices, middle + 1e-6 * (rod.vertices[c] - middle)], [*faces, [a, n, c], [a, b, n]])
+    capped, n = with_flat_triangle(rod), len(rod.vertices)
     motions = [np.eye(4), rigid_motion(axis=[0, 1, 0], angle_deg=40)]
     handles = [np.flatnonzero(end) for end in ends(rod)]
     found, expected = (Editor(mesh, handles).edit(motions).vertices for mesh in (capped, rod))

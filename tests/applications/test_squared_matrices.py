@@ -63,13 +63,13 @@ def test_methods_that_square_no_matrix_take_any_number_of_neighbors(cone):
     assert lifted.vertices == pytest.approx(cone.vertices, abs=1e-9)
 
 
-def test_long_rows_that_overlap_count_once(monkeypatch):
-    """As where all pairs of points are coupled: the square is no larger than the matrix."""
-    n, module = 150, "lbskel.applications.squared_matrices"
-    monkeypatch.setattr(f"{module}.LONG_ROW", 100)
-    monkeypatch.setattr(f"{module}.MAX_ENTRIES", n * n)
+@pytest.mark.parametrize(("limit", "is_refused"), [(148, True), (149, False)])
+def test_the_vertex_with_the_most_neighbors_decides(monkeypatch, limit, is_refused):
+    monkeypatch.setattr("lbskel.applications.squared_matrices.MAX_NEIGHBORS", limit)
+    n = 150
     S = stiffness_of_pairs(n, *np.triu_indices(n, 1), np.ones(n * (n - 1) // 2))
-    assert matrix_product(S.T, S).nnz == n * n
-    monkeypatch.setattr(f"{module}.MAX_ENTRIES", n * n - 1)
-    with pytest.raises(MeshError, match="vertex 0 has 149 neighbors"):
-        matrix_product(S.T, S)
+    if is_refused:
+        with pytest.raises(MeshError, match="vertex 0 has 149 neighbors, more than 148"):
+            matrix_product(S.T, S)
+    else:
+        assert matrix_product(S.T, S).nnz == n * n
