@@ -13,7 +13,8 @@ from scipy.sparse import csc_array
 
 from lbskel.errors import MeshError
 
-# Upper bound on the neighbors of a vertex. The memory follows from benchmarks/results/fans.md: FILLED
+# Upper bound on the neighbors of a vertex; it bounds the memory. By the bytes per square in benchmarks/results/fans.md,
+# two such vertices, as in the caps of a tube, take 7 GB to smooth and 9 GB to quantize
 MAX_NEIGHBORS = 5_000
 
 
