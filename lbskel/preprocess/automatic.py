@@ -55,9 +55,8 @@ COARSE_EDGE = 0.8
 MAX_COARSE_FRACTION = 0.1
 
 # Fraction of the area that is coarse above which any mesh is refined: machine parts have many small faces on their
-# fillets and few on their flats. By hand: arcs, combs and plates whose skeletons are wrong unless they are refined have
-# 0.30 and more; two elephants (0.09, 0.11) lose a tip and accuracy by it, and a ribbon 20 times as wide as thick (0.17)
-# gets false tips
+# fillets and few on their flats. Rows in benchmarks/results/coarse.md: 0.2 to 0.5 are alike; without it six of 13 parts
+# are wrong, with 0.1 a ribbon 20 times as wide as thick has false tips, and real meshes are less accurate
 MAX_COARSE_AREA = 0.2
 
 # Longest perimeter of a hole that is closed, as a fraction of the diameter bound. The ends of pipes are closed too,
