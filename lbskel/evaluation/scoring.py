@@ -26,6 +26,7 @@ from lbskel.geometry.components import find_crumbs
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.shape_diameter import local_radii
+from lbskel.geometry.sorting import stable_order
 from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import is_in_largest_piece
 from lbskel.refinement.centerlines import find_section_centers
@@ -272,9 +273,10 @@ def _edges_with_distant_regions(skeleton: Skeleton, mesh: Mesh, longest: NDArray
     disjoint, node = edges_with_disjoint_regions(skeleton, mesh), skeleton.node_of_vertex
     if len(disjoint) == 0:
         return disjoint
-    by_node = np.argsort(node, kind="stable")
-    regions = np.split(mesh.vertices[by_node], np.searchsorted(node[by_node], np.arange(1, len(skeleton.nodes))))
-    gaps = [cKDTree(regions[i]).query(regions[j])[0].min() for i, j in disjoint.tolist()]
+    by_node = stable_order(node)
+    begins = np.searchsorted(node[by_node], np.stack([disjoint, disjoint + 1], axis=2)).tolist()
+    regions = ([mesh.vertices[by_node[i:j]] for i, j in pair] for pair in begins)
+    gaps = [cKDTree(first).query(second)[0].min() for first, second in regions]
     return np.asarray(disjoint[np.array(gaps) > longest[disjoint].max(axis=1)])
 
 

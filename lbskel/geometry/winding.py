@@ -91,7 +91,8 @@ class WindingNumbers:
         tree, reach = self._reach_of_fans
         to_fans = tree.query(np.nan_to_num(points), distance_upper_bound=reach)[0]  # which refuses NaN
         near = np.flatnonzero(np.isfinite(to_fans))
-        is_inside[near] = np.abs(self._without_fans(numbers[near], points[near], deadline)) > 0.5
+        if len(near):
+            is_inside[near] = np.abs(self._without_fans(numbers[near], points[near], deadline)) > 0.5
         return is_inside
 
     def _to_unit(self, points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from lbskel.geometry.cross_sections import cross_sections
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.shape_diameter import local_radii
-from lbskel.geometry.sorting import distinct, first_in_groups
+from lbskel.geometry.sorting import distinct, first_in_groups, group_medians
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.containment import N_SAMPLES, moved_inside
 from lbskel.skeleton.editing import contract_branches
@@ -153,8 +153,7 @@ def _half_widths(ways: list[NDArray[np.float64]], surface: Surface) -> NDArray[n
     sections = cross_sections(surface.mesh, points, tangents, deadline=surface.deadline)
     mean = sections.lengths / 8
     widths = mean + np.sqrt(np.maximum(mean**2 - sections.areas / 4, 0))
-    parts = np.cumsum([len(way) for way in ways])[:-1]
-    return np.array([np.median(part) for part in np.split(np.where(sections.surrounds, widths, 0), parts)])
+    return group_medians(np.where(sections.surrounds, widths, 0), np.cumsum([0, *map(len, ways)]))
 
 
 def _sees(points: NDArray[np.float64], others: NDArray[np.float64], surface: Surface) -> NDArray[np.bool_]:

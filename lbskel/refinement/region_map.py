@@ -32,7 +32,7 @@ from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.geometry.graphs import edge_length_graph, shortest_paths, weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import vector_lengths
-from lbskel.geometry.sorting import is_among, stable_order
+from lbskel.geometry.sorting import is_among, split_at, stable_order
 from lbskel.geometry.vertex_map import VertexMap, is_in_largest_piece
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -204,4 +204,4 @@ def _around(skeleton: Skeleton, edges: NDArray[np.int64]) -> tuple[list[NDArray[
     counts = begins[nodes + 1] - begins[nodes]
     ends = np.append(0, np.cumsum(counts))
     vertices = by_node[np.arange(ends[-1]) + np.repeat(begins[nodes] - ends[:-1], counts)]
-    return np.split(nodes, cuts[1:-1]), np.split(vertices, ends[cuts[1:-1]])
+    return split_at(nodes, cuts[1:-1]), split_at(vertices, ends[cuts[1:-1]])

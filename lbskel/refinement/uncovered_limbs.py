@@ -36,7 +36,7 @@ from lbskel.geometry.level_segments import level_segments
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.shape_diameter import local_radii
-from lbskel.geometry.sorting import stable_float_order, stable_order
+from lbskel.geometry.sorting import split_at, stable_float_order, stable_order
 from lbskel.skeleton.edge_distances import nearest_on_edges
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.skeleton.skeleton import Skeleton
@@ -196,7 +196,7 @@ def _patches_above(
     is_limb = is_disk & (rims > 0) & (area_of_patch > MIN_BULGE * rims * widths)
     is_chosen, chosen = is_limb[root], np.flatnonzero(is_limb)
     vertices, root = vertices[is_chosen], root[is_chosen]
-    parts = np.split(vertices[stable_order(root)], np.cumsum(n_vertices[chosen])[:-1]) if len(chosen) else []
+    parts = split_at(vertices[stable_order(root)], np.cumsum(n_vertices[chosen])[:-1]) if len(chosen) else []
     return parts, rims[chosen]
 
 

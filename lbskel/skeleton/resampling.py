@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from lbskel._kernels.traversal import sums_along_paths
 from lbskel.errors import UnknownChoice, checked_count, is_number
 from lbskel.geometry.normals import vector_lengths
-from lbskel.geometry.sorting import group_medians
+from lbskel.geometry.sorting import group_medians, split_at
 from lbskel.skeleton.editing import replace_paths
 from lbskel.skeleton.joining import without_joining_edges
 from lbskel.skeleton.skeleton import Skeleton
@@ -222,7 +222,7 @@ def _divided(
     values = np.column_stack([skeleton.nodes, skeleton.radii, *([skeleton.mean_radii] if has_mean_radii else [])])
     inner, new_begins = _interpolated(values, paths, counts), np.concatenate([[0], np.cumsum(counts - 1)])
     if stays is not None and len(paths):
-        present, parts = np.split(values[paths.nodes], paths.begins[1:-1]), np.split(inner, new_begins[1:-1])
+        present, parts = split_at(values[paths.nodes], paths.begins[1:-1]), split_at(inner, new_begins[1:-1])
         must_stay = stays([path[:, :3] for path in present], [part[:, :3] for part in parts])
         for row in np.flatnonzero(must_stay).tolist():
             parts[row] = _on_chords(present[row], paths.lengths[row] / counts[row])

@@ -9,6 +9,7 @@ from lbskel.geometry.sorting import (
     first_of_each,
     group_medians,
     is_among,
+    split_at,
     stable_float_order,
     stable_order,
     unique_inverse,
@@ -45,6 +46,13 @@ def test_unique_rows_are_those_of_numpy(n):
     assert np.array_equal(ours[0], first)
     assert np.array_equal(ours[1], place.ravel())
     assert np.array_equal(first_of_each(rows), np.sort(first))
+
+
+@pytest.mark.parametrize("cuts", [[], [0], [5], [2, 2, 4]])
+def test_parts_are_those_of_numpy(cuts):
+    values = np.arange(10.0).reshape(5, 2)
+    for ours, theirs in zip(split_at(values, np.array(cuts, dtype=int)), np.split(values, cuts), strict=True):
+        assert np.array_equal(ours, theirs)
 
 
 def test_medians_of_groups_are_those_of_numpy():
