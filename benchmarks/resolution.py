@@ -1,7 +1,8 @@
 """Skeletons of fine shapes with a known axis: contraction of a simplified proxy, the default, or of every vertex.
 
 The size of the proxy follows from the local radii. A second table has the skeletons and the time of the radii for rays
-from every face, every second one, and so on; a third has trees of vessels with proxies of more or fewer faces.
+from every face, every second one, and so on; a third has trees of vessels with proxies of more or fewer faces; a fourth
+has a tube by marching cubes, whose slivers have normals along the surface when noise moves its vertices.
 
 Distances are in units of the true local radius; seconds are processor seconds.
 """
@@ -25,12 +26,14 @@ from benchmarks.vessels import TREES
 from lbskel.geometry import shape_diameter
 from lbskel.pipeline.preparation import SIMPLIFY
 from lbskel.preprocess import proxy
-from lbskel.shapes import SHAPES, Shape, make, vessel_tree
+from lbskel.shapes import SHAPES, Shape, make, marching_cubes, solid_of, vessel_tree
 
 VERTICES = (18_000, 28_000, 45_000)  # so that there are more than 16,000 faces, above which the default simplifies
 QUICK = ("limbs", "knot")
 STRIDES = (1, 2, 3, 6, 12)  # of the faces from which rays are cast, at most
 FACTORS = (2.0, 4.0, 6.0, 8.0, 16.0)  # faces of an area of one squared local radius
+NOISES = (0.0, 0.05, 0.1, 0.15, 0.2)  # standard deviations of the vertices, in steps of the grid
+STEPS = (0.08, 0.04)  # of the grid, in radii of the tube
 DISTANCES = ("accuracy", "accuracy_95", "coverage", "coverage_95")
 
 
@@ -44,7 +47,9 @@ def run(quick: bool, results: Path) -> None:
         strides += [_row_of_stride(name, shape, stride) for stride in STRIDES]
     trees = [vessel_tree(n, min_radius=radius, seed=seed) for n, radius, seed in ([TREES[0]] if quick else TREES[1:])]
     factors = [_row_of_factor(trees, factor) for factor in FACTORS]
-    save_json(results / "resolution.json", {"rows": rows, "strides": strides, "factors": factors})
+    noisy = [_row_of_noise(step, noise) for step in STEPS[: 1 if quick else None] for noise in NOISES]
+    tables = {"rows": rows, "strides": strides, "factors": factors, "noise": noisy}
+    save_json(results / "resolution.json", tables)
     means = [_means(rows, simplify) for simplify in SIMPLIFY]
     shapes = [
         {"shape": name}
@@ -63,6 +68,7 @@ def run(quick: bool, results: Path) -> None:
             f"Means over shapes of {sizes}": markdown_table(means),
             "Local radii by rays from every n-th face": markdown_table([_means_of_stride(strides, n) for n in STRIDES]),
             f"Faces for each squared local radius, means of {len(trees)} trees of vessels": markdown_table(factors),
+            "A noisy tube by marching cubes, of radius 1 and length 6": markdown_table(noisy),
             "Each shape, over its sizes": markdown_table(shapes),
         },
     )
@@ -99,6 +105,25 @@ def _row_of_factor(trees: list[Shape], factor: float) -> dict[str, Any]:
         | {"tips": f"{sum(each.n_tips for each in compared)}/{sum(each.n_true_tips for each in compared)}"}
         | {"seconds": seconds}
     )
+
+
+def _row_of_noise(step: float, noise: float) -> dict[str, Any]:
+    """A fine tube with noise along its whole surface."""
+    exact = marching_cubes(solid_of([([[-3.0, 0.0, 0.0], [3.0, 0.0, 0.0]], 1.0)]), step)
+    offsets = np.random.default_rng(0).normal(size=exact.vertices.shape)
+    mesh = lbskel.Mesh(exact.vertices + noise * step * offsets, exact.faces)
+    (body,) = lbskel.prepare(mesh).bodies
+    skeleton = lbskel.skeletonize(mesh)
+    return {
+        "step": step,
+        "faces": len(mesh.faces),
+        "noise": noise,
+        "median local radius": float(np.median(shape_diameter.local_radii(mesh))),
+        "faces of the proxy": len(body.proxy.mesh.faces),
+        "tips": len(skeleton.tips),
+        "distance from the axis": float(np.linalg.norm(skeleton.nodes[:, 1:], axis=1).max()),
+        "verdict": skeleton.report["score"]["verdict"],
+    }
 
 
 @contextmanager

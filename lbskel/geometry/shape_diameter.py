@@ -19,6 +19,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array, eye_array
 
 from lbskel.geometry.arrays import read_only
 from lbskel.geometry.deadline import NEVER, Deadline
@@ -49,13 +50,15 @@ ALL_RAYS = 16_000
 # Upper bound on the distance of the faces of larger meshes from which rays are cast: two of the six faces at a vertex.
 # benchmarks/results/resolution.md, "Local radii by rays from every n-th face"
 MAX_STRIDE = 3
+TIE = 1e-6  # share of the area around a vertex that rounding may take from its half
 NAME = "local radii"  # in the cache of a mesh
 
 
 def local_radii(mesh: Mesh, *, deadline: Deadline = NEVER) -> NDArray[np.float64]:
     """(n,) radius of the shape at each vertex: half the thickness, made 1-Lipschitz along the edges.
 
-    At a vertex it is the median over its faces, so that single rays that miss do not count. A ray along an axis, from
+    At a vertex it is the median over its faces, so that single rays that miss do not count; with rays from some of the
+    faces only, over those of the adjacent vertices too, by area. A ray along an axis, from
     the end of a limb, is much longer than the limb is thick; so the radius at a vertex is at most that at any other
     plus their distance along the edges, as it is for the local feature size (Amenta, Bern 1999,
     https://doi.org/10.1007/PL00009475). In units of the mesh.
@@ -117,20 +120,48 @@ def _faces_with_rays(mesh: Mesh) -> NDArray[np.int64]:
 def _local_radii(mesh: Mesh, deadline: Deadline) -> NDArray[np.float64]:
     n = len(mesh.vertices)
     measured = _faces_with_rays(mesh)
-    F = mesh.faces[measured]
     thickness = thickness_along_normal(mesh, measured, deadline=deadline)
     thickness[mesh.face_areas[measured] == 0] = np.inf
-    ascending = np.argsort(thickness)
-    faces = np.repeat(ascending, 3)[stable_order(F[ascending].ravel())]  # of each vertex, the thinnest first
-    count = np.bincount(F.ravel(), minlength=n)
-    middle = np.cumsum(count) - count + (count - 1) // 2
-    radii = np.where(count > 0, thickness[faces[np.minimum(middle, len(faces) - 1)]] / 2, np.inf)
+    has_all = len(measured) == len(mesh.faces)
+    radii = (_medians_at_vertices if has_all else _medians_around_vertices)(mesh, measured, thickness) / 2
     rings = np.bincount(mesh.faces.ravel(), weights=np.repeat(mesh.face_areas, 3), minlength=n)
     radii = np.clip(radii, MIN_RADIUS * np.sqrt(rings / np.pi), mesh.diameter_bound)
     graph = weighted_graph(np.concatenate([mesh.edges, mesh.edges[:, ::-1]]), np.tile(mesh.edge_lengths, 2), n)
     deadline.check()
     graded = shortest_paths(graph).least_sums(radii)
     return np.where(np.bincount(mesh.faces.ravel(), minlength=n) > 0, graded, 0.0)
+
+
+def _medians_at_vertices(
+    mesh: Mesh, measured: NDArray[np.int64], thickness: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(n,) median thickness of the faces at each vertex, the lower of two; infinite without any."""
+    n, F = len(mesh.vertices), mesh.faces[measured]
+    ascending = np.argsort(thickness)
+    faces = np.repeat(ascending, 3)[stable_order(F[ascending].ravel())]  # of each vertex, the thinnest first
+    count = np.bincount(F.ravel(), minlength=n)
+    middle = np.cumsum(count) - count + (count - 1) // 2
+    return np.where(count > 0, thickness[faces[np.minimum(middle, len(faces) - 1)]], np.inf)
+
+
+def _medians_around_vertices(
+    mesh: Mesh, measured: NDArray[np.int64], thickness: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(n,) median thickness, by area, of the faces at each vertex and those adjacent to it; infinite without any.
+
+    Two faces at a vertex have no median, and the slivers of a noisy surface have normals along it.
+    """
+    n, k = len(mesh.vertices), len(measured)
+    corners = mesh.faces[measured].ravel(), np.repeat(np.arange(k), 3)
+    at_vertex = csr_array((np.ones(3 * k), corners), shape=(n, k))
+    graph = weighted_graph(mesh.edges, np.ones(len(mesh.edges)), n)
+    around = csr_array((graph + graph.T + eye_array(n)) @ at_vertex)
+    faces, first, last = around.indices, around.indptr[:-1], around.indptr[1:]
+    ascending = np.lexsort((thickness[faces], np.repeat(np.arange(n), last - first)))
+    area = np.append(0.0, np.cumsum(mesh.face_areas[measured][faces[ascending]]))
+    total = area[last] - area[first]
+    middle = np.searchsorted(area[1:], area[first] + (0.5 - TIE) * total)
+    return np.where(total > 0, thickness[faces[ascending[np.minimum(middle, len(faces) - 1)]]], np.inf)
 
 
 def thickness_along_normal(mesh: Mesh, faces: NDArray[np.int64], *, deadline: Deadline = NEVER) -> NDArray[np.float64]:

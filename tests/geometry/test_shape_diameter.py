@@ -15,7 +15,7 @@ from lbskel.geometry.shape_diameter import (
     set_local_radii,
     thickness_along_normal,
 )
-from lbskel.shapes import cylinder, flat_grid, sphere, torus
+from lbskel.shapes import cylinder, flat_grid, marching_cubes, solid_of, sphere, torus
 
 
 def tower(width, height, n, m):
@@ -189,3 +189,14 @@ def test_known_radii_are_returned_where_none_have_been_measured():
     radii = local_radii(measured)
     set_local_radii(measured, 3 * radii)
     assert local_radii(measured) is radii
+
+
+def test_slivers_of_a_noisy_surface_do_not_count_where_few_faces_have_rays(monkeypatch):
+    """Marching cubes leave slivers, whose normals the noise turns along the surface."""
+    step = 0.06
+    tube = marching_cubes(solid_of([([[-1.5, 0.0, 0.0], [1.5, 0.0, 0.0]], 1.0)]), step)
+    V, F = tube.vertices, tube.faces
+    noisy = Mesh(V + 0.1 * step * np.random.default_rng(0).normal(size=V.shape), F)
+    monkeypatch.setattr(shape_diameter, "ALL_RAYS", len(F) // 10)
+    # half of the radii are within the noise of a local thickness; with two rays at a vertex, the median was 0.2
+    assert np.median(local_radii(noisy)) == pytest.approx(1.0, rel=0.1)
