@@ -32,7 +32,7 @@ from lbskel.geometry.vertex_map import is_in_largest_piece
 from lbskel.refinement.centerlines import find_section_centers
 from lbskel.refinement.containment import inside_fraction
 from lbskel.refinement.extrema import find_extrema, is_missed
-from lbskel.refinement.open_ends import NO_CUTS, cuts_with_tips
+from lbskel.refinement.open_ends import NO_CUTS, are_at_rims, cuts_with_tips
 from lbskel.refinement.radii import inscribed_radii, mean_radii, own_radii
 from lbskel.refinement.region_map import edges_with_disjoint_regions, nearest_balls
 from lbskel.skeleton.skeleton import Skeleton
@@ -85,6 +85,7 @@ def score_on(
     is_ball = surface.contains(skeleton.nodes) if unit.is_closed else np.ones(len(skeleton.nodes), dtype=bool)
     balls = np.where(is_ball, skeleton.radii, 0.0)
     missed = is_missed(extrema, surface.proxy.mesh, replace(skeleton, radii=balls))
+    missed &= ~are_at_rims(surface.proxy.mesh.vertices[extrema.vertices], open_ends)
     widths = mean_radii(skeleton, unit).radii
     mean_error, worst_branch_error = mean_and_worst_branch(skeleton, _section_errors(skeleton, widths, surface))
     longest = _longest_edges(skeleton, unit)
@@ -225,15 +226,12 @@ def _extra_cycles(skeleton: Skeleton, mesh: Mesh, n_loops_opened: int) -> int | 
     shape = (skeleton.n_components, mesh.n_components)
     represents = coo_array((np.ones(len(vertices), dtype=np.int64), votes), shape=shape).tocsc().argmax(axis=0)
     expected = np.bincount(np.asarray(represents).ravel(), handles, minlength=skeleton.n_components)
-    cycles = (
-        np.bincount(part[skeleton.edges[:, 0]], minlength=skeleton.n_components)
-        - np.bincount(part, minlength=skeleton.n_components)
-        + 1
-    )
+    n_edges, n_nodes = (np.bincount(of, minlength=skeleton.n_components) for of in (part[skeleton.edges[:, 0]], part))
+    cycles = n_edges - n_nodes + 1
     surplus = cycles - expected
-    total, total_absolute = int(surplus.sum()), int(np.abs(surplus).sum())
-    if abs(total) != total_absolute:
-        return total_absolute
+    total = int(surplus.sum())
+    if abs(total) != np.abs(surplus).sum():
+        return int(np.abs(surplus).sum())
     return min(total + n_loops_opened, 0) if total < 0 else total
 
 

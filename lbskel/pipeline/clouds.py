@@ -30,7 +30,7 @@ from lbskel.preprocess.point_cleaning import CleanedPoints
 from lbskel.preprocess.reconstruction import surface_and_points
 from lbskel.refinement.anchors import as_place
 from lbskel.refinement.radii import mean_axis_distances
-from lbskel.skeleton.joining import JOIN_ANGLE, JOIN_REACH, join_components
+from lbskel.skeleton.joining import join_pieces
 from lbskel.skeleton.resampling import resample
 from lbskel.skeleton.root import reroot_by_thickness
 from lbskel.skeleton.skeleton import Skeleton
@@ -132,7 +132,7 @@ def _with_joined_pieces(skeleton: Skeleton, points: CleanedPoints) -> Skeleton:
     joined, first = skeleton, np.unique(skeleton.component_of_node, return_index=True)[1]  # a node of each component
     for number in np.flatnonzero(np.bincount(part) > 1):
         is_joinable = np.isin(np.arange(joined.n_components), joined.component_of_node[first[part == number]])
-        joined = join_components(joined, reach=JOIN_REACH, max_angle=JOIN_ANGLE, is_joinable=is_joinable)
+        joined = join_pieces(joined, is_joinable)
     return joined
 
 

@@ -39,8 +39,9 @@ from lbskel.pipeline.preparation import Body, PreparedMesh, prepare
 from lbskel.pipeline.profiling import Progress, StageTimer
 from lbskel.preprocess import Pipeline
 from lbskel.refinement.anchors import nearest_node, resolve_root
+from lbskel.refinement.open_ends import normals_of_cuts
 from lbskel.skeleton.editing import reroot
-from lbskel.skeleton.joining import JOIN_ANGLE, JOIN_REACH, join_components
+from lbskel.skeleton.joining import join_components, join_pieces
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO, prune
 from lbskel.skeleton.resampling import require_number_of_nodes, resample
 from lbskel.skeleton.root import reroot_by_thickness, with_mean_radii
@@ -253,4 +254,6 @@ def _joined(skeleton: Skeleton, parts: Sequence[Skeleton], prepared: PreparedMes
     first = prepared.frame.from_unit(np.array([part.nodes[0] for part in parts]))
     is_joinable = np.zeros(skeleton.n_components, dtype=bool)
     is_joinable[skeleton.component_of_node[cKDTree(skeleton.nodes).query(first)[1]]] = is_piece
-    return join_components(skeleton, reach=JOIN_REACH, max_angle=JOIN_ANGLE, is_joinable=is_joinable)
+    unit = replace(skeleton, nodes=prepared.frame.to_unit(skeleton.nodes))
+    cuts = np.concatenate([body.open_ends for body in prepared.bodies])
+    return join_pieces(skeleton, is_joinable, normals_of_cuts(unit, cuts))

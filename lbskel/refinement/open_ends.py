@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-__all__ = ["NO_CUTS", "are_at_rims", "are_within_cuts", "cuts_with_tips", "extend_to_open_ends", "tips_at_open_ends"]
+__all__ = [
+    "NO_CUTS",
+    "are_at_rims",
+    "are_within_cuts",
+    "cuts_with_tips",
+    "extend_to_open_ends",
+    "normals_of_cuts",
+    "tips_at_open_ends",
+]
 
 from dataclasses import replace
 
@@ -10,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from lbskel.geometry.normals import vector_lengths
+from lbskel.geometry.normals import normalized, row_dots, vector_lengths
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.extrema import TIP_REACH
-from lbskel.refinement.radii import mean_radii
+from lbskel.refinement.radii import axis_directions, mean_radii
 from lbskel.refinement.tips import extend_ends
 from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
@@ -28,7 +36,8 @@ MIN_CUT_SHARE = 0.5
 # Upper bound on the distance from the center of a cut to its rim, in mean radii of the cut: it is 1.46 for a cut that
 # is oblique by 75 degrees. Rows in the same table: 1.25 to 3 are alike, with 1 six of 90 cropped tubes have false
 # branches, with 0 nineteen
-RIM_RATIO = 1.5
+RIM_RATIO = 2.0
+AT_CENTER = 1e-6  # distance from the center of a cut, in its radii, that a file of single precision may leave
 NO_CUTS = np.empty((0, 7))
 
 
@@ -39,7 +48,7 @@ def tips_at_open_ends(
 
     A tip ends at a cut if it is the nearest tip, at most ``TIP_REACH`` radii of the cut away, and not much thinner than
     that, not counting what lies within a radius of the cut. A cut that does not go around most of the limb is taken for
-    a hole in its side.
+    a hole in its side. A tip at the center of a cut has been placed there, whatever became of the nodes before it.
 
     Parameters
     ----------
@@ -61,7 +70,8 @@ def tips_at_open_ends(
     for tip, end in zip(tips[nearest[rows]].tolist(), open_ends[rows], strict=True):
         # a tip in the sharp edge of an oblique cut is thin, and one far from its cut has the surface from it to there
         width = widths[_before_cut(skeleton, ways[tip], end)[-2:]].min()
-        if end[3] <= MAX_CUT_RATIO * width and _is_around(skeleton, ways[tip], end, np.pi * width**2):
+        is_limb = end[3] <= MAX_CUT_RATIO * width and _is_around(skeleton, ways[tip], end, np.pi * width**2)
+        if is_limb or vector_lengths(skeleton.nodes[tip] - end[:3]) <= AT_CENTER * end[3]:
             cuts.setdefault(tip, end)
     return cuts
 
@@ -75,6 +85,25 @@ def cuts_with_tips(skeleton: Skeleton, surface: Surface, open_ends: NDArray[np.f
         As for :func:`tips_at_open_ends`.
     """
     return np.array([*tips_at_open_ends(skeleton, surface, open_ends).values()]).reshape(-1, 7)
+
+
+def normals_of_cuts(skeleton: Skeleton, open_ends: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(k, 3) unit normal, out of its branch, of the cut that each tip is at the center of; zero for all other nodes.
+
+    Parameters
+    ----------
+    skeleton, open_ends
+        As for :func:`tips_at_open_ends`.
+    """
+    normals, tips = np.zeros_like(skeleton.nodes), skeleton.tips
+    if len(tips) == 0 or len(open_ends) == 0:
+        return normals
+    distances, nearest = cKDTree(skeleton.nodes[tips]).query(open_ends[:, :3])
+    is_at_center = distances <= AT_CENTER * open_ends[:, 3]
+    ends = tips[nearest[is_at_center]]
+    normals[ends] = normalized(open_ends[is_at_center, 4:])
+    normals[ends] *= np.sign(row_dots(normals[ends], axis_directions(skeleton)[ends]))[:, None]
+    return normals
 
 
 def are_at_rims(points: NDArray[np.float64], cuts: NDArray[np.float64]) -> NDArray[np.bool_]:

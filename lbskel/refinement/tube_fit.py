@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array, diags_array, kron
 
+from lbskel.geometry.normals import row_dots, vector_lengths
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.centering import BENDING_WEIGHT, POSITION_WEIGHT, second_differences
 from lbskel.refinement.centerlines import find_section_centers
@@ -44,6 +45,9 @@ COURSE_WEIGHT = 0.25
 # tubes" in benchmarks/results/limbs.md: with 0.9, branches have kinks, since only some of their nodes are moved; with
 # less than 0.8 tubes and creatures are alike, and by hand tips and nodes beside other branches are drawn aside
 MIN_BALL_SHARE = 0.8
+# Lower bound on the mean distance of a flat cap from the tip a radius before it, in radii of the N_BEFORE nodes before
+# that: it is 1 for a round cap, 1.22 for a disk and 1.41 for its rim
+MIN_CAP_RATIO, N_BEFORE = 1.1, 3
 # Gauss-Newton steps, which bound the time. Rows "tube steps of" in refinement.md: more are alike
 N_STEPS = 3
 
@@ -106,7 +110,8 @@ def tube_radii(skeleton: Skeleton, surface: Surface, *, cuts: NDArray[np.float64
     skeleton : Skeleton
         With a node for each vertex of the mesh.
     surface : Surface
-        The vertices of its proxy count, but for those within half the radius of a cut from its center, which close it.
+        The vertices of its proxy count, but for those within half the radius of a cut from its center, which close it,
+        and those of flat caps, whose rims are farther from the tip than the tube is wide.
     cuts : (c, 7) array of float
         Those with a tip, as from :func:`lbskel.refinement.open_ends.cuts_with_tips`.
     """
@@ -117,7 +122,9 @@ def tube_radii(skeleton: Skeleton, surface: Surface, *, cuts: NDArray[np.float64
     first = tubes_around(skeleton, start, surface.mesh.diameter_bound)
     balls, rows = nearest_balls_by_power(first, points), np.arange(len(points))
     # the surface of a tube is at a radius from the center of its cut; half that far, only what closes the cut can be
-    areas = np.where(are_within_cuts(points, cuts, share=0.5), 0.0, areas)
+    is_counted = ~are_within_cuts(points, cuts, share=0.5)
+    is_counted &= ~_are_on_flat_caps(skeleton, points, feet_on_tubes(first, points, balls), start)
+    areas = np.where(is_counted, areas, 0.0)
     bending = BENDING_WEIGHT * _bending(skeleton, first.radii)
     fixed = bending + diags_array(POSITION_WEIGHT / first.radii**2)
     radii = first.radii
@@ -131,6 +138,21 @@ def tube_radii(skeleton: Skeleton, surface: Surface, *, cuts: NDArray[np.float64
         step = factorize((shares.T @ diags_array(weights) @ shares + fixed).tocsc()).solve(b, refined=False)
         radii = np.maximum(radii + step, radii / 2)
     return radii
+
+
+def _are_on_flat_caps(
+    skeleton: Skeleton, points: NDArray[np.float64], feet: Feet, radii: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """(n,) whether vertices are beyond a tip whose cap is farther from it, on average, than its branch is wide."""
+    node = skeleton.edges[feet.edges, (feet.shares >= 0.5).astype(np.int64)]
+    offsets, k = points - skeleton.nodes[node], len(skeleton.nodes)
+    is_beyond = (skeleton.degrees[node] == 1) & (row_dots(offsets, axis_directions(skeleton)[node]) > 0)
+    at = node[is_beyond]
+    distances = np.bincount(at, vector_lengths(offsets[is_beyond]), k) / np.maximum(np.bincount(at, minlength=k), 1)
+    is_flat = np.zeros(k, dtype=bool)
+    for way in (way for branch in skeleton.branches for way in (branch, branch[::-1]) if len(branch) > N_BEFORE):
+        is_flat[way[-1]] = distances[way[-1]] > MIN_CAP_RATIO * np.median(radii[way[-1 - N_BEFORE : -1]])
+    return np.asarray(is_beyond & is_flat[node])
 
 
 def _along_gaps(skeleton: Skeleton, values: NDArray[np.float64], is_known: NDArray[np.bool_]) -> NDArray[np.float64]:

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from helpers import nearest_rows, path_in, without_faces
 
-from lbskel import Skeleton, skeletonize
+from lbskel import Skeleton, score, simplify_branches, skeletonize
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.open_ends import extend_to_open_ends
+from lbskel.refinement.open_ends import cuts_with_tips, extend_to_open_ends, normals_of_cuts
 from lbskel.shapes import capsule, cylinder, tube
 
 PIPE = capsule(8.0, 0.5, 32)  # closed, from -4.5 to 4.5 along z
@@ -143,3 +143,32 @@ def test_a_tube_cut_at_one_end_has_a_round_end_at_the_other():
     rim = rod.vertices[np.intersect1d(rod.faces[cut], rod.faces[~cut])]
     assert high == pytest.approx(rim.mean(axis=0), abs=0.05)  # a tenth of the radius: the rim is no plane
     assert low[2] == pytest.approx(-3.0, abs=0.25)  # half a radius from the center of the cap, inside it
+
+
+def test_a_cut_keeps_its_tip_when_the_nodes_before_it_are_left_out():
+    mesh = cylinder(1.0, 12.0, 24, 40)
+    skeleton = simplify_branches(skeletonize(mesh), tolerance=0.5)
+    assert len(skeleton.nodes) == 2
+    ends = cuts([0, 0, -6, 1.0], [0, 0, 6, 1.0])
+    assert len(cuts_with_tips(skeleton, Surface(mesh), ends)) == 2
+    assert score(skeleton, mesh).nodes_inside_fraction == 1.0
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_normal_of_a_cut_is_that_out_of_its_branch(path, side):
+    ends = cuts([0, 0, 3, 0.5], [0, 0.3, -3, 0.5], normal=(0, 0.6 * side, 0.8 * side))
+    normals = normals_of_cuts(path, ends)
+    tip = path.nodes[:, 2].argmax()
+    assert normals[tip] == pytest.approx([0, 0.6, 0.8])
+    assert np.count_nonzero(normals.any(axis=1)) == 1  # the other cut is beside its tip
+    assert not normals_of_cuts(path, ends[:0]).any()
+
+
+def test_the_far_corner_of_an_oblique_cut_is_no_missed_limb():
+    mesh = cylinder(1.0, 30.0, 48, 201)
+    x, _, z = mesh.vertices.T
+    sheared = np.array(mesh.vertices)
+    sheared[:, 2] += z / 15 * np.tan(np.radians(70)) * x
+    skeleton = skeletonize(mesh.with_vertices(sheared))
+    assert skeleton.report["score"]["measures"]["missed_limb_fraction"] == 0
+    assert skeleton.mean_radii == pytest.approx(np.ones(len(skeleton.nodes)), abs=0.05)  # faces are slender there

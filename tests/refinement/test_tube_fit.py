@@ -195,6 +195,13 @@ def test_what_closes_a_cut_does_not_count_for_radii():
     assert tube_radii(path, Surface(with_center), cuts=cut)[-1] == pytest.approx(1.0, abs=0.02)
 
 
+@pytest.mark.parametrize("sides", [20, 200])
+def test_the_rim_of_a_flat_cap_does_not_count_for_radii(sides):
+    """It is farther from a tip that is a radius below the cap."""
+    skeleton = skeletonize(tube(np.linspace([0, 0, 0], [0, 0, 10], 60), 1.0, sides=sides))
+    assert skeleton.mean_radii == pytest.approx(np.ones(len(skeleton.nodes)), abs=0.01)
+
+
 def test_the_surface_beside_a_slit_counts_for_radii():
     """The whole of a narrow part lies within half the mean radius of a slit along it."""
     z, angles = np.linspace(0, 8, 81), np.linspace(0, 2 * np.pi, 25)[:-1]

@@ -19,8 +19,8 @@ from lbskel import (
     simplify_branches,
     skeletonize,
 )
-from lbskel.shapes import torus
-from lbskel.skeleton.joining import joining_by_report, without_joining_edges
+from lbskel.shapes import cylinder, torus
+from lbskel.skeleton.joining import join_pieces, joining_by_report, without_joining_edges
 
 
 def dashes(n, seed=0, span=(1, 1, 1)):
@@ -216,3 +216,26 @@ def test_edges_without_length_are_found_again():
     assert whole.edges[joining_by_report(whole)].tolist() == [[1, 2], [3, 4]]
     simplified = simplify_branches(whole)
     assert joining_by_report(simplified).sum() == 2
+
+
+@pytest.mark.parametrize(("across", "n_joined"), [((0.0, 0.0, 1.0), 0), ((0.0, 1.0, 0.0), 1)])
+def test_an_edge_leaves_a_cut_outwards(across, n_joined):
+    """Two branches at 45 degrees to the edge between their tips: both cut by one plane, or each at its own end."""
+    nodes = np.array([[0, -5, -4], [0, -3, -2], [0, -1, 0], [0, 1, 0], [0, 3, -2], [0, 5, -4]], dtype=float)
+    apart = Skeleton(nodes, np.array([[0, 1], [1, 2], [3, 4], [4, 5]]), np.ones(6))
+    outwards = np.zeros_like(nodes)
+    outwards[2], outwards[3] = across, np.array(across) * [1, -1, 1]
+    both = np.ones(2, dtype=bool)
+    assert join_pieces(apart, both).report["pieces_joined"] == 1
+    assert join_pieces(apart, both, outwards).report["pieces_joined"] == n_joined
+
+
+def test_two_tubes_that_one_plane_cuts_are_no_pieces_of_one():
+    """Each is tilted by 45 degrees, towards the other."""
+    pipe = cylinder(0.5, 10.0, 24, 60)
+    x, y, z = pipe.vertices.T
+    z = z + x * z / 5  # so that the upper rim is level once the pipe is tilted
+    left = Mesh(np.stack([(x + z) / np.sqrt(2) - 5, y, (z - x) / np.sqrt(2)], axis=1), pipe.faces)
+    right = Mesh(left.vertices * [-1, 1, 1], left.faces[:, ::-1])
+    skeleton = skeletonize(joined(left, right))
+    assert skeleton.n_components == 2
