@@ -23,7 +23,7 @@ from benchmarks.application_constants import swept
 from benchmarks.harness import markdown_table, save_json, save_markdown
 from benchmarks.points import sample
 from benchmarks.summaries import counts_of_right, means
-from lbskel.shapes import Shape, make
+from lbskel.shapes import Shape, Truth, make, marching_cubes, solid_of
 
 SHAPES = ("knot", "hand", "octopus", "tree", "dumbbell", "ladder", "cube_frame")
 KINDS = ("noise", "outliers", "views")
@@ -38,6 +38,8 @@ LOOPS = ("evaluation/point_loops.py",)
 FACTORS = (0.7, 1.4)
 N_CUTS = 4  # edges of the cycles of a skeleton that are left out, one at a time
 
+N_HANDS = 12  # clouds of a hand, of a ball with four fingers
+
 Cloud = tuple[Shape, NDArray[np.float64]]
 
 
@@ -49,7 +51,7 @@ def run(quick: bool, results: Path) -> None:
         clouds += [(shape, sample(shape, kind, np.random.default_rng(7))) for kind in KINDS[: 1 if quick else None]]
     as_it_is = {"constant": "all as they are", "factor": 1, "value": None}
     reconstructions = [{**as_it_is, **_skeletons(clouds)}]
-    cases = _cases(clouds)
+    cases = _cases(clouds + [_hand(seed) for seed in range(1 if quick else N_HANDS)])
     loops = [{**as_it_is, **_told(cases)}]
     if not quick:
         reconstructions += swept(RECONSTRUCTION, lambda: _skeletons(clouds), FACTORS)
@@ -70,6 +72,18 @@ def _skeletons(clouds: list[Cloud]) -> dict[str, Any]:
         for shape, points in clouds
     ]
     return {**means(rows), **counts_of_right(rows)}
+
+
+def _hand(seed: int) -> Cloud:
+    """A hand with webs between its fingers."""
+    angles = np.radians([-60.0, -20.0, 20.0, 60.0])
+    fingers = [([np.zeros(3), 6 * np.array([np.sin(angle), 0, np.cos(angle)])], 0.5) for angle in angles]
+    solid = solid_of([([[0, 0, 0]], 2.0), ([[0, 0, 0], [0, 0, -6]], 1.2), *fingers], blend=0.05)
+    mesh = marching_cubes(solid, 0.15)
+    nodes = np.concatenate([np.zeros((1, 3)), [[0, 0, -6]], [path[1] for path, _ in fingers]])
+    truth = Truth(nodes, np.array([[0, row] for row in range(1, 6)]), np.array([2.0, 1.2, *4 * [0.5]]))
+    shape = Shape(mesh, truth, "hand of a ball")
+    return shape, sample(shape, "even", np.random.default_rng(seed))
 
 
 def _cases(clouds: list[Cloud]) -> list[tuple[lbskel.Skeleton, lbskel.PointCloud, bool]]:

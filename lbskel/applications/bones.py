@@ -36,6 +36,7 @@ EQUAL_WEIGHT = 0.002
 # Nodes of a branch among which joints are chosen, or four for each bone if these are more. It bounds the cost, which is
 # cubic in them: 0.02 s for a branch. By hand, joints are within 0.3 % of the branch's length of the best ones.
 MAX_JOINTS = 200
+MIN_PART_LENGTH = 0.5  # length of a component that has bones of its own, in lengths of the longest; a guess
 GROWTH = (
     1.1  # factor by which the least length rises, no unit: the step of a search, which bounds how far it overshoots
 )
@@ -101,7 +102,10 @@ def bones_of(skeleton: Skeleton, *, max_bones: int) -> Bones:
 
 
 def _main_components(skeleton: Skeleton) -> Skeleton:
-    """Contract the nodes of components that are shorter than a bone of the longest into the nearest node of another."""
+    """Contract the nodes of short components into the nearest node of another.
+
+    Those are shorter than a bone of the longest, and than half of the longest: equal bolts or boots are parts each.
+    """
     label = skeleton.component_of_node
     lengths = np.bincount(label[skeleton.edges[:, 0]], skeleton.edge_lengths, minlength=skeleton.n_components)
     if not lengths.max() > 0:  # nodes only: the thickest
@@ -109,7 +113,8 @@ def _main_components(skeleton: Skeleton) -> Skeleton:
         is_main[label[np.argmax(skeleton.radii)]] = True
     else:
         longest = np.argmax(lengths)
-        is_main = lengths >= min(BONE_LENGTH * float(np.median(skeleton.radii[label == longest])), lengths[longest])
+        bone = BONE_LENGTH * float(np.median(skeleton.radii[label == longest]))
+        is_main = lengths >= min(bone, MIN_PART_LENGTH * lengths[longest])
     kept = np.flatnonzero(is_main[label])
     lost = np.flatnonzero(~is_main[label])
     target = np.arange(len(skeleton.nodes))

@@ -120,11 +120,13 @@ def _mirrored(
     image = np.arange(k)
     image[copied] = k + np.arange(len(copied))
     parents = np.where(bones.parents[kept] >= 0, number[bones.parents[kept]], -1)
+    branches = bones.branches[kept]
+    copies = np.where(branches[copied] >= 0, branches[copied] + bones.branches.max() + 1, -1)
     found = Bones(
         np.concatenate([bones.heads[kept], plane.mirrored(bones.heads[kept[copied]])]),
         np.concatenate([bones.tails[kept], plane.mirrored(bones.tails[kept[copied]])]),
         np.concatenate([parents, np.where(parents[copied] >= 0, image[parents[copied]], -1)]),
-        np.concatenate([bones.branches[kept], bones.branches[kept[copied]] + bones.branches.max() + 1]),
+        np.concatenate([branches, copies]),
         bones.bone_of_vertex,
     )
     upwards = np.arange(len(sides))

@@ -3,8 +3,9 @@
 Each point is assigned to the node nearest to it. Where points of two nodes are neighbors, the nodes should be near each
 other along the skeleton. Links between points whose nodes are far apart along it have four causes: two limbs that
 touch, where the links lie between them; two limbs that part slowly, where the detours along the skeleton grow with the
-distance from their junction; a part of a surface that is nearest to another limb, with points inside its border; and a
-limb at which the skeleton is cut, where the links go once around the empty middle of a section, with equal detours.
+distance from their junction, or the links lie beside the middle of their nodes; a part of a surface that is nearest to
+another limb, with points inside its border; and a limb at which the skeleton is cut, where the links go once around the
+empty middle of a section, with equal detours.
 Only the last cause counts.
 """
 
@@ -21,7 +22,7 @@ from lbskel._kernels.point_tree import PointTree
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.skeleton.skeleton import Skeleton
 
-# All four constants are swept in benchmarks/results/point_constants.md, "Cut loops".
+# All constants are swept in benchmarks/results/point_constants.md, "Cut loops".
 # Lower bound on the length along the skeleton between the two ends of a cut, in mean distances of its links from its
 # middle: half the way around a tube is 3.1, and regions of branches meet beside a junction
 MIN_DETOUR = 10.0
@@ -33,6 +34,9 @@ MIN_HOLLOW = 0.6
 # Upper bound on the difference of the detours of the links, without the highest and lowest tenth, in their mean
 # distance from their middle: half the way around a tube, by which the points of one section may lie apart
 MAX_SPREAD = np.pi
+# Upper bound on the distance of the mean of the links from their middle, in their mean distance: the links of a web
+# between two fingers lie beside the middle of their nodes
+MAX_OFFSET = 0.5
 
 
 def count_cut_loops(
@@ -94,6 +98,8 @@ def _is_cut(
     across = np.linalg.svd(places - places.mean(axis=0), full_matrices=False)[2][:2]
     x, y = across @ offsets.T
     radius = np.hypot(x, y).mean()
+    if np.linalg.norm(offsets.mean(axis=0)) > MAX_OFFSET * radius:
+        return False
     low, median, high = np.quantile(detours, [0.1, 0.5, 0.9])
     if median <= MIN_DETOUR * radius or high - low > MAX_SPREAD * radius:
         return False

@@ -26,6 +26,7 @@ from lbskel.geometry.vertex_map import VertexMap
 from lbskel.refinement.extrema import find_extrema, is_missed
 from lbskel.refinement.radii import inscribed_radii, mean_radii
 from lbskel.refinement.region_map import nearest_balls
+from lbskel.skeleton.editing import contract_new_tips
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -224,13 +225,16 @@ def _cut_at(symmetry: Symmetry, skeleton: Skeleton, widths: NDArray[np.float64])
     )
     side = np.where(np.abs(heights) <= near, 0, np.sign(heights).astype(np.int64))
     for branch in skeleton.branches:
+        first, last = heights[ends := branch[[0, -1]]]
+        is_upright = abs(first - last) > np.linalg.norm(np.subtract(*skeleton.nodes[ends])) / 2
+        if is_upright and first * last < 0 and skeleton.degrees[ends].max() == 1:  # a whole rod, which may be short
+            side[ends] = np.sign(heights[ends])
         off = np.flatnonzero(side[branch])
         is_along = np.mean(is_aside[branch]) < 0.5 and not is_far[branch].any()
         if len(off) == 0 or is_along:
             side[branch[skeleton.degrees[branch] < 3]] = 0
         else:
-            inner = np.arange(1, len(branch) - 1)
-            nearest = off[np.rint(np.interp(inner, off, np.arange(len(off)))).astype(np.int64)]
+            nearest = off[np.rint(np.interp(range(1, len(branch) - 1), off, np.arange(len(off)))).astype(np.int64)]
             side[branch[1:-1]] = side[branch[nearest]]
     side[shared] = 0
     on_side = np.abs(heights) * side
@@ -260,7 +264,7 @@ def _doubled(
 ) -> Skeleton:
     """Keep the nodes on the plane and on one side, with mirror images of the latter in place of those on the other.
 
-    ``twins`` are the vertices that are nearest to the mirror images of the vertices.
+    ``twins`` are the vertices nearest to the images of the vertices. A branch that led to the other side is contracted.
     """
     plane = symmetry.plane
     kept, copied = np.flatnonzero(side * sign >= 0), np.flatnonzero(side * sign > 0)
@@ -268,19 +272,15 @@ def _doubled(
     own[kept] = np.arange(len(kept))
     image = np.array(own)
     image[copied] = len(kept) + np.arange(len(copied))
-    nodes = np.concatenate([skeleton.nodes[kept], plane.mirrored(skeleton.nodes[copied])])
+    nodes, given = np.concatenate([skeleton.nodes[kept], plane.mirrored(skeleton.nodes[copied])]), [*kept, *copied]
     edges = skeleton.edges[(own[skeleton.edges] >= 0).all(axis=1)]
     is_on_side = plane.heights(vertices) * sign >= 0
     is_on_side |= symmetry.is_one_sided[skeleton.node_of_vertex]
     nodes_of_vertices = own[skeleton.node_of_vertex], image[skeleton.node_of_vertex[twins]]
     node_of_vertex = VertexMap(np.where(is_on_side, *nodes_of_vertices)).complete(vertices, nodes).indices
-    return replace(
-        skeleton,
-        nodes=nodes,
-        edges=np.concatenate([own[edges], image[edges]]),
-        radii=skeleton.radii[np.concatenate([kept, copied])],
-        node_of_vertex=node_of_vertex,
-    )
+    edges, radii = np.concatenate([own[edges], image[edges]]), skeleton.radii[given]
+    doubled = replace(skeleton, nodes=nodes, edges=edges, radii=radii, node_of_vertex=node_of_vertex)
+    return contract_new_tips(doubled, skeleton.degrees[given] <= 1)
 
 
 def _n_missed(skeleton: Skeleton, surface: Surface) -> int:

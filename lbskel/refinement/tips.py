@@ -87,7 +87,9 @@ def _with_shortened_ends(
     beyond its middle.
     """
     last = np.array([end[-1] for end in ends])
-    inner = surface.distance(skeleton.nodes[[end[-4:][0] for end in ends]])
+    degrees = skeleton.degrees  # the first node of a short branch may be its other tip, as shallow as this
+    before = [end[-4:][0] if degrees[end[-4:][0]] > 1 else end[len(end) // 2] for end in ends]
+    inner = surface.distance(skeleton.nodes[before])
     radii = np.minimum(_hydraulic_radii(section), inner)  # of a flat section, half its thickness
     excess = np.where(section.surrounds, radii - surface.ray_distance(skeleton.nodes[last], directions), 0.0)
     nodes, target = np.array(skeleton.nodes), np.arange(len(skeleton.nodes))

@@ -11,6 +11,7 @@ __all__ = [
     "append_paths",
     "concatenate",
     "contract_branches",
+    "contract_new_tips",
     "contract_nodes",
     "replace_paths",
     "reroot",
@@ -56,6 +57,21 @@ def contract_branches(skeleton: Skeleton, branches: Sequence[NDArray[np.int64]])
     for branch in branches:
         target[branch] = branch[0]
     return contract_nodes(skeleton, target)
+
+
+def contract_new_tips(skeleton: Skeleton, was_tip: NDArray[np.bool_]) -> Skeleton:
+    """Contract end branches until no tip of a branch from a junction is left that was none before an edit.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    was_tip : (k,) array of bool
+        For each of its nodes.
+    """
+    while new := [end for end in skeleton.end_branches if not was_tip[end[-1]]]:
+        was_tip = np.delete(was_tip, np.concatenate([end[1:] for end in new]))
+        skeleton = contract_branches(skeleton, new)
+    return skeleton
 
 
 def reroot(skeleton: Skeleton, node: int) -> Skeleton:

@@ -124,6 +124,19 @@ def test_a_component_that_is_lost_leaves_no_edge_between_the_nodes_that_it_goes_
     assert np.array_equal(found.bone_of_vertex[:n], alone.bone_of_vertex)
 
 
+@pytest.mark.parametrize("share", [1.0, 0.9, 0.3])
+def test_stout_parts_of_about_one_length_have_bones_of_their_own(share):
+    """Each is shorter than one bone; a third that is much shorter follows the nearest."""
+    lengths = (2.0, 2.0, 2.0 * share)
+    parts = [path([[6.0 * k, 0, 0], [6.0 * k, length, 0]], 1.0) for k, length in enumerate(lengths)]
+    begins = np.cumsum([0, *(len(part.nodes) for part in parts)])
+    nodes = np.concatenate([part.nodes for part in parts])
+    edges = np.concatenate([part.edges + begin for part, begin in zip(parts, begins[:-1], strict=True)])
+    found = bones_of(Skeleton(nodes, edges, np.ones(len(nodes)), np.arange(len(nodes))), max_bones=30)
+    roots = np.flatnonzero(found.parents < 0)
+    assert sorted(found.heads[roots, 0].tolist()) == [0.0, 6.0, 12.0][: 3 if share > 0.5 else 2]
+
+
 def test_small_components_on_a_path_leave_no_cycle():
     nodes = [[0, -0.8, -1.3], [0, -0.8, 1.8], [0, 2, -0.7], [0.5, 0.7, -0.2], [0, 0, 0.2]]
     skeleton = Skeleton(nodes, [[0, 1], [1, 2], [3, 4]], [478.0, 426, 696, 152, 522], node_of_vertex=[0])

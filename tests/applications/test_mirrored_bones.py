@@ -70,6 +70,8 @@ def test_the_bones_of_a_body_beside_the_plane_are_mirrored_with_their_root():
     assert twins.tolist() == [3, 4, 5, 0, 1, 2]
     assert found.heads[3:] == pytest.approx(found.heads[:3] * [-1, 1, 1])
     assert found.parents.tolist() == [-1, 0, 0, -1, 3, 3]
+    assert ((found.branches < 0) == (found.parents < 0)).all()
+    assert found.branches[1] != found.branches[4]
 
 
 def test_a_branch_whose_surface_is_mirrored_onto_itself_is_not_made_two():

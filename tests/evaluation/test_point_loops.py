@@ -6,6 +6,7 @@ import pytest
 import lbskel
 from lbskel import PointCloud, Skeleton
 from lbskel.evaluation.point_scoring import score_points
+from lbskel.shapes import marching_cubes, solid_of
 
 
 def _tube(nodes, radius, n, *, is_closed=False, seed=0):
@@ -142,3 +143,16 @@ def test_the_border_between_limbs_that_part_slowly_is_no_ring():
     nodes = np.concatenate([upper[::-1], upper * [1, 1, -1]])  # joined at one end of the border
     edges = np.stack([np.arange(101), np.arange(1, 102)], axis=1)
     assert _missed(Skeleton(nodes, edges, np.full(102, 0.3)), band) == 0
+
+
+def test_webs_between_fingers_are_no_cuts():
+    """Their links lie around a part of the middle of their nodes, but beside it."""
+    angles = np.radians([-60.0, -20.0, 20.0, 60.0])
+    fingers = [([np.zeros(3), 6 * np.array([np.sin(angle), 0, np.cos(angle)])], 0.5) for angle in angles]
+    hand = marching_cubes(solid_of([([[0, 0, 0]], 2.0), ([[0, 0, 0], [0, 0, -6]], 1.2), *fingers], blend=0.05), 0.15)
+    for seed in (0, 3, 5):
+        rng = np.random.default_rng(seed)
+        faces = rng.choice(len(hand.faces), 8000, p=hand.face_areas / hand.area)
+        points = np.einsum("nk,nki->ni", rng.dirichlet(np.ones(3), 8000), hand.vertices[hand.faces[faces]])
+        skeleton = lbskel.skeletonize(PointCloud(points))
+        assert (len(skeleton.tips), skeleton.cycle_rank, _missed(skeleton, points)) == (5, 0, 0)

@@ -313,3 +313,13 @@ def test_an_end_branch_on_one_side_is_not_drawn_to_its_mirror_image(tailed):
     again = keep_mirror_symmetry(before, moved, Surface(mesh)).nodes
     assert np.abs(again[:13, 1]).max() < 0.05
     assert again[13:, 1] == pytest.approx(moved.nodes[13:, 1], abs=0.01)
+
+
+def test_a_branch_that_led_to_the_other_side_alone_is_contracted():
+    """An eyelet on the middle of a rod: both halves of the rod end at one of its two junctions, in the plane."""
+    angles = np.linspace(0, 2 * np.pi, 25)
+    eyelet = np.stack([10 + 1.2 * np.cos(angles), 0 * angles, 2.6 + 1.2 * np.sin(angles)], axis=1)
+    eyelet[-1] = eyelet[0]
+    mesh = mesh_solid(solid_of([([[0, 0, 0], [20, 0, 0]], 2.0), (eyelet, 0.4)], blend=0.02), n_vertices=6000)
+    skeleton = lbskel.skeletonize(mesh)
+    assert (len(skeleton.tips), skeleton.cycle_rank) == (2, 1)

@@ -100,7 +100,9 @@ def test_a_centerline_leads_into_a_wider_part():
     assert abs(path[-1][0]) < 0.05
 
 
-@pytest.mark.parametrize(("sides", "n_rings", "length"), [(24, 80, 20.0), (12, 400, 200.0)])
+@pytest.mark.parametrize(
+    ("sides", "n_rings", "length"), [(24, 80, 20.0), (12, 400, 200.0), (24, 20, 2.5), (24, 20, 3.0)]
+)
 def test_tips_in_flat_ends_are_one_radius_below_them(sides, n_rings, length):
     """Contraction leaves them at 0.4 to 0.7 radii."""
     x = np.linspace(0, length, n_rings)

@@ -8,6 +8,7 @@ from lbskel.skeleton.editing import (
     append_paths,
     concatenate,
     contract_branches,
+    contract_new_tips,
     contract_nodes,
     replace_paths,
     reroot,
@@ -131,3 +132,17 @@ def test_skeletons_of_different_radii_or_none_at_all_are_not_concatenated():
         concatenate([line(2), line(2, radius_kind="mean")])
     with pytest.raises(MeshError, match="not of none"):
         concatenate([])
+
+
+def test_new_tips_are_contracted_as_far_as_they_go():
+    """A path of five nodes with a twig of two at its second node; the twig's tip and that of its end are new."""
+    twig = Skeleton(
+        [[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0], [1, 1, 0], [1, 2, 0]],
+        [[0, 1], [1, 2], [2, 3], [1, 4], [4, 5]],
+        np.ones(6),
+        np.arange(6),
+    )
+    kept = contract_new_tips(twig, np.isin(np.arange(6), [0, 3]))
+    assert kept.nodes.tolist() == [[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]]
+    assert kept.node_of_vertex.tolist() == [0, 1, 2, 3, 1, 1]
+    assert contract_new_tips(twig, np.isin(np.arange(6), [0, 3, 5])) is twig
