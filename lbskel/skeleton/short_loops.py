@@ -1,7 +1,8 @@
 """Opening of short loops: handles that a surface has by noise or where limbs touch, and that the shape does not have.
 
 The loops are those of the branch graph, whose edges are whole branches. From a loop that is shorter than a number of
-local radii the thinnest branch is removed, so that the path around the other side stays.
+local radii the thinnest branch is removed, so that the path around the other side stays. Where its balls do not touch
+those of that path, as where two neurites touch twice, it is cable, and only its thinnest edge is removed.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
 from lbskel.errors import UnknownChoice, is_number
 from lbskel.geometry.normals import vector_lengths
@@ -23,10 +25,11 @@ MIN_RADIUS = 0.25  # lower bound on the radius that divides a length, in median 
 
 
 def open_short_loops(skeleton: Skeleton, min_loop: float) -> Skeleton:
-    """Remove the thinnest branch of every loop shorter than ``min_loop`` local radii, the shortest loop first.
+    """Open every loop shorter than ``min_loop`` local radii at its thinnest branch, the shortest loop first.
 
-    The thinnest branch is that with the smallest radius at a node between its ends, of the radii that are known. The
-    vertices of a removed branch go to the nearer of its two ends. A branch with an anchor is not removed.
+    The thinnest branch is that with the smallest radius at a node between its ends, of the radii that are known. It is
+    removed, and its vertices go to the nearer of its two ends; but where it has a ball that touches none of the rest of
+    the loop, only its thinnest edge is. A branch with an anchor is not removed.
 
     Parameters
     ----------
@@ -93,7 +96,7 @@ def n_opened_loops(skeleton: Skeleton) -> int:
 
 
 def _branches_to_remove(skeleton: Skeleton, min_loop: float) -> list[NDArray[np.int64]]:
-    """Find the thinnest branch without an anchor of each short loop, of loops that share no branch."""
+    """Find a branch without an anchor, or an edge of it, to remove from each of some loops that share no branch."""
     branches = skeleton.branches
     lengths = _lengths_in_radii(skeleton, branches)
     adjacent: dict[int, list[tuple[int, float, int]]] = {}
@@ -111,8 +114,18 @@ def _branches_to_remove(skeleton: Skeleton, min_loop: float) -> list[NDArray[np.
         free = [part for part in loop if not np.isin(branches[part][1:-1], skeleton.anchors).any()]
         if free and taken.isdisjoint(loop):
             taken.update(loop)
-            removed.append(branches[min(free, key=lambda part: _smallest_radius(skeleton.radii[branches[part]]))])
+            thinnest = min(free, key=lambda part: _smallest_radius(skeleton.radii[branches[part]]))
+            rest = np.concatenate([branches[part] for part in loop if part != thinnest] or [branches[thinnest][:1]])
+            whole = branches[thinnest]
+            removed.append(_thinnest_edge(skeleton, whole) if _leaves_balls(skeleton, whole, rest) else whole)
     return removed
+
+
+def _leaves_balls(skeleton: Skeleton, branch: NDArray[np.int64], others: NDArray[np.int64]) -> bool:
+    """Whether a ball between the ends of a branch touches none of the balls of other nodes; unknown ones touch all."""
+    inner, radii = branch[1:-1], np.where(np.isnan(skeleton.radii), np.inf, skeleton.radii)
+    gaps = cdist(skeleton.nodes[inner], skeleton.nodes[others]) - radii[inner, None] - radii[others]
+    return bool((gaps > 0).all(axis=1).any())
 
 
 def _smallest_radius(radii: NDArray[np.float64]) -> float:

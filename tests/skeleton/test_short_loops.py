@@ -25,10 +25,10 @@ def test_the_thinnest_branch_is_removed_and_its_vertices_go_to_its_ends():
     assert kept[3].tolist() in (NODES[1], NODES[4])
 
 
-@pytest.mark.parametrize("first", [1.0, np.nan])
+@pytest.mark.parametrize("first", [1.4, np.nan])
 def test_neither_thin_junctions_nor_unknown_radii_decide_which_branch_is_removed(first):
-    for sides, thin in (((first, 0.5), 3), ((0.5, first), 2)):
-        opened = open_short_loops(eye((1, 0.4, *sides, 0.4, 1)), 50)
+    for sides, thin in (((first, 0.7), 3), ((0.7, first), 2)):
+        opened = open_short_loops(eye((1, 0.6, *sides, 0.6, 1)), 50)
         assert opened.nodes.tolist() == [NODES[k] for k in range(6) if k != thin]
 
 
@@ -139,3 +139,11 @@ def test_a_loop_at_one_junction_is_opened_where_it_is_thinnest_however_it_is_num
     assert opened.cycle_rank == 0
     assert opened.edges.tolist() == to_tree(looped).edges.tolist()
     assert 0.2 in opened.radii[opened.tips]
+
+
+def test_of_cable_that_touches_twice_one_edge_is_removed():
+    """The sides of the eye are 2 apart, and their balls of 0.5 do not touch; the thinner one loses an edge."""
+    opened = open_short_loops(eye((0.5, 0.5, 0.5, 0.45, 0.4, 0.5)), 50)
+    assert opened.nodes.tolist() == NODES
+    assert opened.edges.tolist() == [[0, 1], [1, 2], [1, 3], [2, 4], [4, 5]]
+    assert opened.report["loops_opened"] == 1
