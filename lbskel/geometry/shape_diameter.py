@@ -36,9 +36,9 @@ CONE_ANGLE = np.radians(30.0)  # between the rays of the cone and the normal; a 
 # than a hundredth
 RAY_OFFSET = 1e-5
 
-# Lower bound on a local radius, in radii of the disk with the area of the triangles at the vertex: a thinner limb is not
-# resolved by its triangles. By hand, with 0, 0.1, 0.25 and 0.5 the F-score of five neurons is 0.860, 0.881, 0.888 and
-# 0.888, and 5, 1, none and 3 of them fail; tubes and creatures are alike
+# Lower bound on a local radius, in radii of the disk with the area of the triangles at the vertex: a thinner limb is
+# not resolved by its triangles. By hand, with 0, 0.1, 0.25 and 0.5 the F-score of five neurons is 0.860, 0.881, 0.888
+# and 0.888, and 5, 1, none and 3 of them fail; tubes and creatures are alike
 MIN_RADIUS = 0.25
 
 
