@@ -33,7 +33,7 @@ SHORT = 2.0  # radii before a true end from which it is lost
 BOUNDS: dict[str, dict[str, float]] = {
     "as they are": {},
     **{f"MIN_CUT_SHARE {value:g}": {"open_ends.MIN_CUT_SHARE": value} for value in (0.0, 0.25, 0.35, 0.7)},
-    **{f"RIM_RATIO {value:g}": {"open_ends.RIM_RATIO": value} for value in (0.0, 1.0, 1.25, 2.0, 3.0)},
+    **{f"RIM_RATIO {value:g}": {"open_ends.RIM_RATIO": value} for value in (0.0, 1.0, 1.25, 1.5, 2.0, 3.0)},
     **{f"MAX_CUT_RATIO {value:g}": {"open_ends.MAX_CUT_RATIO": value} for value in (1.0, 1.5, 2.0, 4.0)},
 }
 

@@ -82,7 +82,7 @@ def bones_of(skeleton: Skeleton, *, max_bones: int) -> Bones:
     MeshError
         If there are more components than bones allowed.
     """
-    tree = _main_components(to_tree(skeleton))
+    tree = _main_components(to_tree(skeleton), max_bones)
     n_roots = tree.n_components
     if max_bones < n_roots:
         raise MeshError(f"max_bones must be at least {n_roots}, one for each component, not {max_bones}")
@@ -101,10 +101,11 @@ def bones_of(skeleton: Skeleton, *, max_bones: int) -> Bones:
         branches = branches.without_short(least)
 
 
-def _main_components(skeleton: Skeleton) -> Skeleton:
+def _main_components(skeleton: Skeleton, max_bones: int) -> Skeleton:
     """Contract the nodes of short components into the nearest node of another.
 
-    Those are shorter than a bone of the longest, and than half of the longest: equal bolts or boots are parts each.
+    Those are shorter than a bone of the longest, and than half of the longest: equal bolts or boots are parts each,
+    of which the longest are kept where there are more of them than bones.
     """
     label = skeleton.component_of_node
     lengths = np.bincount(label[skeleton.edges[:, 0]], skeleton.edge_lengths, minlength=skeleton.n_components)
@@ -115,6 +116,8 @@ def _main_components(skeleton: Skeleton) -> Skeleton:
         longest = np.argmax(lengths)
         bone = BONE_LENGTH * float(np.median(skeleton.radii[label == longest]))
         is_main = lengths >= min(bone, MIN_PART_LENGTH * lengths[longest])
+        shorter = np.argsort(-lengths, kind="stable")[max_bones:]
+        is_main[shorter] &= lengths[shorter] >= bone
     kept = np.flatnonzero(is_main[label])
     lost = np.flatnonzero(~is_main[label])
     target = np.arange(len(skeleton.nodes))

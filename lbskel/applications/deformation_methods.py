@@ -9,12 +9,12 @@ With V the surface at rest, D = X - V, and the deltas S V:
 - ``similarity``:   min |S X - T(X) S V|^2, deltas turned and scaled by a linear function of X
 - ``arap``:         as rigid as possible (:mod:`lbskel.applications.rigidity`)
 
-The first three are linear in the displacements of the handles, and do not turn details. The last three work in the
-frame of the rigid motion that fits the handles best, so that a rotation of all of them is exact. There ``rotated``
-starts from ``naive``, and ``arap`` from ``rotated``, since from a linear displacement it ends at folds of the surface.
-Sorkine 2005, section 4, https://doi.org/10.2312/egst.20051044; Lipman, Sorkine, Cohen-Or, Levin, Roessl, Seidel 2004,
-"Differential coordinates for interactive mesh editing" (rotated), https://doi.org/10.1109/SMI.2004.1314505; Botsch,
-Kobbelt 2004 (biharmonic), https://doi.org/10.1145/1015706.1015772.
+The first three are linear in the displacements of the handles, and do not turn details. The last three work on each
+component in the frame of the rigid motion that fits its handles best, so that a rotation of all of them is exact. There
+``rotated`` starts from ``naive``, and ``arap`` from ``rotated``, since from a linear displacement it ends at folds of
+the surface. Sorkine 2005, section 4, https://doi.org/10.2312/egst.20051044; Lipman, Sorkine, Cohen-Or, Levin, Roessl,
+Seidel 2004, "Differential coordinates for interactive mesh editing" (rotated),
+https://doi.org/10.1109/SMI.2004.1314505; Botsch, Kobbelt 2004 (biharmonic), https://doi.org/10.1145/1015706.1015772.
 """
 
 from __future__ import annotations
@@ -59,6 +59,8 @@ class Constraints:
         The vertices of all handles.
     held : (h,) array of int
         Vertices that stay where they are: those of components without a handle.
+    component_of_vertex : (n,) array of int
+        Components whose rows of the energy are not coupled.
     weight : float, optional
         Weight of soft constraints, relative to the mean of the diagonal of the energy's matrix; by default hard.
     solver : str
@@ -67,6 +69,7 @@ class Constraints:
 
     vertices: NDArray[np.int64]
     held: NDArray[np.int64]
+    component_of_vertex: NDArray[np.int64]
     weight: float | None
     solver: str
 
@@ -97,16 +100,27 @@ def _naive(L: Laplacian, V: Positions, constraints: Constraints) -> Deformation:
 
 
 def _aligned(V: Positions, constraints: Constraints, deform: Deformation) -> Deformation:
-    """Solve in the frame of the rigid motion that fits the handles best; held vertices keep their places."""
-    rest, held = V[constraints.vertices], constraints.held
+    """Solve in the frames of the rigid motions that fit the handles of each component best; held vertices stay."""
+    handles, held, component = constraints.vertices, constraints.held, constraints.component_of_vertex
+    rest, of_handle, k = V[handles], component[handles], int(component.max()) + 1
 
     def solve(targets: Positions, iterations: int, initial: Positions | None) -> Positions:
-        R, t = rigid_fit(rest, targets)
-        X = deform((targets - t) @ R, iterations, None if initial is None else (initial - t) @ R) @ R.T + t
+        R, t = np.tile(np.eye(3), (k, 1, 1)), np.zeros((k, 3))
+        for own in np.unique(of_handle).tolist():
+            R[own], t[own] = rigid_fit(rest[of_handle == own], targets[of_handle == own])
+        start = None if initial is None else _turned(initial - t[component], R.transpose(0, 2, 1)[component])
+        X = deform(_turned(targets - t[of_handle], R.transpose(0, 2, 1)[of_handle]), iterations, start)
+        X = _turned(X, R[component]) + t[component]
         X[held] = V[held]
         return X
 
     return solve
+
+
+def _turned(points: Positions, rotations: NDArray[np.float64]) -> Positions:
+    """(n, 3) points, each turned by its own of (n, 3, 3) rotations."""
+    turned: Positions = np.einsum("nab,nb->na", rotations, points)
+    return turned
 
 
 def _rotated(L: Laplacian, V: Positions, constraints: Constraints) -> Deformation:
@@ -117,7 +131,7 @@ def _rotated(L: Laplacian, V: Positions, constraints: Constraints) -> Deformatio
     def deform(targets: Positions, iterations: int, initial: Positions | None) -> Positions:
         X = V + system.solve(targets - rest) if initial is None else initial
         for _ in range(iterations):
-            turned = np.einsum("nab,nb->na", rings.rotations(X), deltas)
+            turned = _turned(deltas, rings.rotations(X))
             X = V + system.solve(targets - rest, transposed @ (turned - deltas))
         return X
 

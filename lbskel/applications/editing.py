@@ -92,7 +92,7 @@ class Editor:
         has_handle[labels[vertices]] = True
         is_held = ~has_handle[labels] | uncoupled_rows(laplacian.stiffness)
         is_held[vertices] = False
-        constraints = Constraints(vertices, np.flatnonzero(is_held), weight, solver)
+        constraints = Constraints(vertices, np.flatnonzero(is_held), labels, weight, solver)
         scaled, self._exponent = unit_scale(self.mesh.vertices)
         self._center, self._laplacian = scaled[self.mesh.used_vertices].mean(axis=0), laplacian
         try:

@@ -1,12 +1,11 @@
 """Loops of a cloud that its skeleton lacks, found on the points alone.
 
 Each point is assigned to the node nearest to it. Where points of two nodes are neighbors, the nodes should be near each
-other along the skeleton. Links between points whose nodes are far apart along it have four causes: two limbs that
+other along the skeleton. Links between points whose nodes are far apart along it have five causes: two limbs that
 touch, where the links lie between them; two limbs that part slowly, where the detours along the skeleton grow with the
-distance from their junction, or the links lie beside the middle of their nodes; a part of a surface that is nearest to
-another limb, with points inside its border; and a limb at which the skeleton is cut, where the links go once around the
-empty middle of a section, with equal detours.
-Only the last cause counts.
+distance from their junction; the web between two fingers, where the links lie beside the middle of their nodes; a part
+of a surface that is nearest to another limb, with points inside its border; and a limb at which the skeleton is cut,
+where the links go once around the empty middle of a section, with equal detours. Only the last cause counts.
 """
 
 from __future__ import annotations

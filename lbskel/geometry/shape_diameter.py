@@ -49,9 +49,11 @@ MAX_OVERLAP = 100.0
 # Faces up to which a ray is cast from each: those that are contracted without a proxy.
 # benchmarks/results/resolution.md
 ALL_RAYS = 16_000
-# Upper bound on the distance of the faces of larger meshes from which rays are cast: two of the six faces at a vertex.
+# Upper bound on the distance of the faces of larger meshes from which rays are cast: two of the six faces at a vertex,
+# and eight of those around it.
 # benchmarks/results/resolution.md, "Local radii by rays from every n-th face"
 MAX_STRIDE = 3
+MAX_AROUND = 32  # neighbors of a vertex up to which their faces count for it, which bounds the memory; a guess
 TIE = 1e-6  # share of the area around a vertex that rounding may take from its half
 NAME = "local radii"  # in the cache of a mesh
 
@@ -151,12 +153,15 @@ def _medians_around_vertices(
 ) -> NDArray[np.float64]:
     """(n,) median thickness, by area, of the faces at each vertex and those adjacent to it; infinite without any.
 
-    Two faces at a vertex have no median, and the slivers of a noisy surface have normals along it.
+    Where few faces have rays, two at a vertex have no median, and the slivers of a noisy surface have normals along it.
+    The faces of a fan around a vertex do not count for the vertices of its rim.
     """
     n, k = len(mesh.vertices), len(measured)
     corners = mesh.faces[measured].ravel(), np.repeat(np.arange(k), 3)
     at_vertex = csr_array((np.ones(3 * k), corners), shape=(n, k))
-    graph = weighted_graph(mesh.edges, np.ones(len(mesh.edges)), n)
+    n_neighbors = np.bincount(mesh.edges.ravel(), minlength=n)
+    edges = mesh.edges[(n_neighbors[mesh.edges] <= MAX_AROUND).all(axis=1)]
+    graph = weighted_graph(edges, np.ones(len(edges)), n)
     around = csr_array((graph + graph.T + eye_array(n)) @ at_vertex)
     faces, first, last = around.indices, around.indptr[:-1], around.indptr[1:]
     ascending = np.lexsort((thickness[faces], np.repeat(np.arange(n), last - first)))

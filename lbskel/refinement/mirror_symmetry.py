@@ -214,8 +214,8 @@ def _cut_at(symmetry: Symmetry, skeleton: Skeleton, widths: NDArray[np.float64])
 
     Ends of branches that are near the plane are moved onto it, and so are branches without a node aside, or with most
     nodes near it and within TYPICAL_DEVIATION widths, and all within MIN_BRANCH_RATIO, but for junctions. The widths
-    are those of whole branches. Other nodes near the plane belong to the side of the nearest node along the branch that
-    is not; they are reflected to it.
+    are those of whole branches. A rod of one branch, at 30 degrees to the plane or more, keeps its ends on their sides.
+    Other nodes near the plane belong to the side of the nearest node along the branch that is not, reflected to it.
     """
     plane, shared = symmetry.plane, symmetry.is_one_sided
     heights = plane.heights(skeleton.nodes)

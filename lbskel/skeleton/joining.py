@@ -109,16 +109,18 @@ def join_pieces(
         As for :func:`join_components`.
     outwards : (k, 3) array of float, optional
         Unit normal, out of the shape, of the cut that each node is at the center of; zero for other nodes. An edge
-        leaves a cut outwards: those in one side of a cropped box do not face each other.
+        leaves a cut outwards: those in one side of a cropped box do not face each other. Between two blocks of a volume
+        it may have no length; one within the larger radius of its nodes may have any direction.
     """
 
     def is_allowed(i: NDArray[np.int64], j: NDArray[np.int64]) -> NDArray[np.bool_]:
         allowed = _may_be_joined(skeleton, i, j, reach=JOIN_REACH, max_angle=JOIN_ANGLE)
         if outwards is not None:
-            ways = normalized(skeleton.nodes[j] - skeleton.nodes[i])
+            ways = skeleton.nodes[j] - skeleton.nodes[i]
+            is_short = vector_lengths(ways) <= np.maximum(skeleton.radii[i], skeleton.radii[j])
             for node, sign in ((i, 1), (j, -1)):
-                cosines = sign * row_dots(ways, outwards[node])
-                allowed &= (cosines >= MIN_OUTWARDS) | ~outwards[node].any(axis=1)
+                cosines = sign * row_dots(normalized(ways), outwards[node])
+                allowed &= is_short | (cosines >= MIN_OUTWARDS) | ~outwards[node].any(axis=1)
         return allowed
 
     return _joined(skeleton, is_joinable, is_allowed)

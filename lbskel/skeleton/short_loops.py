@@ -1,8 +1,8 @@
 """Opening of short loops: handles that a surface has by noise or where limbs touch, and that the shape does not have.
 
 The loops are those of the branch graph, whose edges are whole branches. From a loop that is shorter than a number of
-local radii the thinnest branch is removed, so that the path around the other side stays. Where its balls do not touch
-those of that path, as where two neurites touch twice, it is cable, and only its thinnest edge is removed.
+local radii the thinnest branch is removed, so that the path around the other side stays. Where some of its balls touch
+none of that path, as where two neurites touch twice, it is cable, and only its thinnest edge between these is removed.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ def open_short_loops(skeleton: Skeleton, min_loop: float) -> Skeleton:
     """Open every loop shorter than ``min_loop`` local radii at its thinnest branch, the shortest loop first.
 
     The thinnest branch is that with the smallest radius at a node between its ends, of the radii that are known. It is
-    removed, and its vertices go to the nearer of its two ends; but where it has a ball that touches none of the rest of
-    the loop, only its thinnest edge is. A branch with an anchor is not removed.
+    removed, and its vertices go to the nearer of its two ends; but where some of its balls touch none of the rest of
+    the loop, only the thinnest edge between these is. A branch with an anchor is not removed.
 
     Parameters
     ----------
@@ -115,17 +115,18 @@ def _branches_to_remove(skeleton: Skeleton, min_loop: float) -> list[NDArray[np.
         if free and taken.isdisjoint(loop):
             taken.update(loop)
             thinnest = min(free, key=lambda part: _smallest_radius(skeleton.radii[branches[part]]))
-            rest = np.concatenate([branches[part] for part in loop if part != thinnest] or [branches[thinnest][:1]])
-            whole = branches[thinnest]
-            removed.append(_thinnest_edge(skeleton, whole) if _leaves_balls(skeleton, whole, rest) else whole)
+            whole, others = branches[thinnest], [branches[part] for part in loop if part != thinnest]
+            cable = _apart(skeleton, whole, np.concatenate(others)) if others else whole[:0]
+            removed.append(_thinnest_edge(skeleton, cable) if len(cable) > 1 else whole)
     return removed
 
 
-def _leaves_balls(skeleton: Skeleton, branch: NDArray[np.int64], others: NDArray[np.int64]) -> bool:
-    """Whether a ball between the ends of a branch touches none of the balls of other nodes; unknown ones touch all."""
+def _apart(skeleton: Skeleton, branch: NDArray[np.int64], others: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Find the nodes between the first and the last of a branch whose balls touch none of others; unknown ones do."""
     inner, radii = branch[1:-1], np.where(np.isnan(skeleton.radii), np.inf, skeleton.radii)
     gaps = cdist(skeleton.nodes[inner], skeleton.nodes[others]) - radii[inner, None] - radii[others]
-    return bool((gaps > 0).all(axis=1).any())
+    apart = np.flatnonzero((gaps > 0).all(axis=1))
+    return inner[apart[0] : apart[-1] + 1] if len(apart) else apart
 
 
 def _smallest_radius(radii: NDArray[np.float64]) -> float:

@@ -135,6 +135,8 @@ def test_stout_parts_of_about_one_length_have_bones_of_their_own(share):
     found = bones_of(Skeleton(nodes, edges, np.ones(len(nodes)), np.arange(len(nodes))), max_bones=30)
     roots = np.flatnonzero(found.parents < 0)
     assert sorted(found.heads[roots, 0].tolist()) == [0.0, 6.0, 12.0][: 3 if share > 0.5 else 2]
+    few = bones_of(Skeleton(nodes, edges, np.ones(len(nodes)), np.arange(len(nodes))), max_bones=2)
+    assert len(few.heads) == 2  # the roots of two parts
 
 
 def test_small_components_on_a_path_leave_no_cycle():

@@ -96,8 +96,10 @@ def test_soft_constraints_are_weighted_by_the_energys_diagonal(ring):
     Q = laplacian(ring).stiffness
     values = np.ones((2, 1))
     rows = np.array([0, 5])
-    soft = Constraints(rows, np.array([9]), 2.0, "cholmod").system(Q).solve(values)
-    scaled = Constraints(rows, np.array([9]), 2.0, "cholmod").system((7 * Q).tocsc()).solve(values)
+    soft = Constraints(rows, np.array([9]), np.zeros(10, dtype=int), 2.0, "cholmod").system(Q).solve(values)
+    scaled = (
+        Constraints(rows, np.array([9]), np.zeros(10, dtype=int), 2.0, "cholmod").system((7 * Q).tocsc()).solve(values)
+    )
     assert scaled == pytest.approx(soft, abs=1e-12)
     assert soft[9] == 0
 

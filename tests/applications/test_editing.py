@@ -7,7 +7,7 @@ from helpers import joined, moved, with_flat_triangle
 from lbskel import EDITING_METHODS, Editor, Mesh, MeshError, SolveError, UnknownChoice, edit, rigid_motion
 from lbskel.applications.deformation_methods import ITERATIVE
 from lbskel.operators import OPERATORS
-from lbskel.shapes import flat_grid
+from lbskel.shapes import capsule, flat_grid
 
 TURN = rigid_motion(axis=[1, 2, 3], angle_deg=160, center=[1, 0, 0], translation=[0, 5, 0])
 
@@ -156,3 +156,15 @@ def test_handles_of_too_few_vertices_are_an_error_with_a_way_out():
     triangle = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     with pytest.raises(SolveError, match="merge vertices at one place by the preprocessing step merge_close"):
         edit(triangle, [[0]], [np.eye(4)], method="similarity", operator="graph")
+
+
+@pytest.mark.parametrize("method", EDITING_METHODS)
+def test_each_component_follows_its_own_handles(method):
+    """Two rods: one rests, the other is moved aside by one handle."""
+    rod = capsule(3.0, 0.4, 10)
+    n, z = len(rod.vertices), rod.vertices[:, 2]
+    both = Mesh(np.concatenate([rod.vertices, rod.vertices + [2, 0, 0]]), np.concatenate([rod.faces, rod.faces + n]))
+    low = np.flatnonzero(z < z.min() + 0.5)
+    motions = [rigid_motion(), rigid_motion(translation=[0, 0, 1])]
+    moved = edit(both, [low, low + n], motions, method=method).vertices
+    assert moved == pytest.approx(both.vertices + np.repeat([[0, 0, 0], [0, 0, 1]], n, axis=0), abs=1e-9)

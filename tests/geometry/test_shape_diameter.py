@@ -200,3 +200,15 @@ def test_slivers_of_a_noisy_surface_do_not_count_where_few_faces_have_rays(monke
     monkeypatch.setattr(shape_diameter, "ALL_RAYS", len(F) // 10)
     # half of the radii are within the noise of a local thickness; with two rays at a vertex, the median was 0.2
     assert np.median(local_radii(noisy)) == pytest.approx(1.0, rel=0.1)
+
+
+def test_the_faces_of_a_fan_do_not_count_for_the_vertices_of_its_rim(monkeypatch):
+    """A closed cylinder of length 10 whose caps are fans: half of the caps' thickness is 5."""
+    sides, angles = 200, 2 * np.pi * np.arange(200) / 200
+    rim, i = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1), np.arange(200)
+    j, low, high = (i + 1) % sides, np.full(sides, 2 * sides), np.full(sides, 2 * sides + 1)
+    V = np.concatenate([rim, rim + [0, 0, 10], [[0, 0, 0], [0, 0, 10]]])
+    F = [(i, j, j + sides), (i, j + sides, i + sides), (j, i, low), (i + sides, j + sides, high)]
+    fan = Mesh(V, np.concatenate([np.stack(face, axis=1) for face in F]))
+    monkeypatch.setattr(shape_diameter, "ALL_RAYS", len(fan.faces) // 10)
+    assert np.median(local_radii(fan)) == pytest.approx(1.0, rel=0.01)

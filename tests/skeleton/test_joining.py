@@ -239,3 +239,13 @@ def test_two_tubes_that_one_plane_cuts_are_no_pieces_of_one():
     right = Mesh(left.vertices * [-1, 1, 1], left.faces[:, ::-1])
     skeleton = skeletonize(joined(left, right))
     assert skeleton.n_components == 2
+
+
+@pytest.mark.parametrize("overlap", [0.0, 0.02, -0.02])
+def test_blocks_that_touch_at_a_cut_are_joined_there(overlap):
+    """The edge between the centers of their cuts has no direction, or points backwards."""
+    whole = cylinder(0.5, 10.0, 24, 60)
+    low = whole.vertices[whole.faces].mean(axis=1)[:, 2] < whole.vertices[24 * 30, 2]
+    upper = Mesh(whole.vertices - [0.01, 0, overlap], whole.faces[~low])
+    skeleton = skeletonize(joined(Mesh(whole.vertices, whole.faces[low]), upper))
+    assert (skeleton.n_components, len(skeleton.tips)) == (1, 2)

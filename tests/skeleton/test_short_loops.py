@@ -142,8 +142,13 @@ def test_a_loop_at_one_junction_is_opened_where_it_is_thinnest_however_it_is_num
 
 
 def test_of_cable_that_touches_twice_one_edge_is_removed():
-    """The sides of the eye are 2 apart, and their balls of 0.5 do not touch; the thinner one loses an edge."""
-    opened = open_short_loops(eye((0.5, 0.5, 0.5, 0.45, 0.4, 0.5)), 50)
-    assert opened.nodes.tolist() == NODES
-    assert opened.edges.tolist() == [[0, 1], [1, 2], [1, 3], [2, 4], [4, 5]]
+    """Two cables side by side: of the thinner one, whose balls touch the other's at its ends, an edge between these."""
+    x = np.arange(7.0)
+    straight, bent = np.stack([x, 0 * x, 0 * x], axis=1), np.stack([x, np.minimum(x, 6 - x), 0 * x], axis=1)[1:-1]
+    edges = [*((k, k + 1) for k in range(6)), (0, 7), (7, 8), (8, 9), (9, 10), (10, 11), (11, 6), (0, 12), (6, 13)]
+    nodes = np.concatenate([straight, bent, [[-2, 0, 0], [8, 0, 0]]])
+    radii = np.where(np.isin(np.arange(14), np.arange(7, 12)), [*7 * [0], 0.5, 0.55, 0.6, 0.7, 0.5, 0, 0], 0.8)
+    opened = open_short_loops(Skeleton(nodes, edges, radii), 100)
+    assert len(opened.nodes) == 14
+    assert {tuple(sorted(edge)) for edge in edges} - {tuple(edge) for edge in opened.edges.tolist()} == {(8, 9)}
     assert opened.report["loops_opened"] == 1
