@@ -53,7 +53,7 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument("--force", action="store_true", help="replace files that no batch has made")
     add_swc_options(parser)
-    add_skeleton_options(parser)
+    add_skeleton_options(parser, time_limit_help="end the process of a mesh that takes longer than SECONDS")
     parser.set_defaults(run=run)
 
 

@@ -141,7 +141,9 @@ def read_mesh_to_write(arguments: argparse.Namespace) -> Mesh:
     return read_surface(arguments.mesh)
 
 
-def add_skeleton_options(parser: argparse.ArgumentParser) -> None:
+def add_skeleton_options(
+    parser: argparse.ArgumentParser, *, time_limit_help: str = "return the best result found within SECONDS"
+) -> None:
     """Add the options of :func:`lbskel.skeletonize`, the same for one mesh and for many."""
     group = parser.add_argument_group("skeleton")
     group.add_argument(
@@ -223,9 +225,7 @@ def add_skeleton_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--min-loop", type=float, metavar="RADII", help="open loops shorter than this many local radii (0)"
     )
-    group.add_argument(
-        "--time-limit", type=float, metavar="SECONDS", help="return the best result found within SECONDS"
-    )
+    group.add_argument("--time-limit", type=float, metavar="SECONDS", help=time_limit_help)
 
 
 def add_swc_options(parser: argparse.ArgumentParser) -> None:

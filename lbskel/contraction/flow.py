@@ -24,7 +24,7 @@ from lbskel.contraction.result import Contraction, Status, Step
 from lbskel.contraction.settings import PRESETS, ContractionSettings
 from lbskel.contraction.stop_rules import RULES
 from lbskel.contraction.weights import ATTRACTIONS, INITIAL_WEIGHT_RULES, mean_ring_area, ring_areas, ring_shrinkage
-from lbskel.errors import MeshError, SolveError, UnknownChoice, choose
+from lbskel.errors import MeshError, SolveError, UnknownChoice, choose, is_number
 from lbskel.geometry.deadline import NEVER, Deadline, OutOfTime
 from lbskel.geometry.mesh import Mesh, PointCloud, as_mesh
 from lbskel.geometry.normals import vector_lengths
@@ -81,7 +81,7 @@ def contract(
         If the input is no mesh or has no area, or the operator is not defined on it.
     UnknownChoice
         If the operator is not symmetric at the first step, and the energy needs it to be; without roll-back that is
-        not checked. If no preset has that name.
+        not checked. If no preset has that name, or the time limit is negative or no number.
     OperatorError
         If a function given as the operator returns no Laplacian of the mesh, or one with the wrong sign.
 
@@ -104,6 +104,8 @@ def contract(
     if not (scale > 0 and mesh.area > 0):
         raise MeshError("the mesh has no area: every face is degenerate, so there is nothing to contract")
     start = mesh.with_vertices((mesh.vertices - center) / scale)
+    if time_limit is not None and not (is_number(time_limit) and time_limit >= 0):
+        raise UnknownChoice(f"time_limit must be a number of seconds, not {time_limit!r}")
     deadline = NEVER if time_limit is None else Deadline(time.perf_counter() + time_limit)
     try:
         if _can_coarsen(start, settings):  # its steps take the local radii of the start, which need no new rays

@@ -78,7 +78,7 @@ def convert_errors(path: str | os.PathLike[str]) -> Iterator[None]:
     with prefix_errors(path):
         try:
             yield
-        except LbskelError:
+        except (LbskelError, MemoryError):
             raise
         except Exception as error:
             raise FormatError(f"cannot be read as {Path(path).suffix}: {type(error).__name__}: {error}") from error

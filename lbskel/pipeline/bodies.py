@@ -15,7 +15,7 @@ from lbskel.contraction.flow import contract
 from lbskel.contraction.result import Contraction, Status
 from lbskel.contraction.settings import ContractionSettings
 from lbskel.contraction.surgery import collapse
-from lbskel.errors import counted
+from lbskel.errors import MeshError, counted
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.pipeline.assembly import body_report
@@ -94,6 +94,11 @@ def to_skeleton(graph: CollapsedGraph) -> Skeleton:
     ----------
     graph : CollapsedGraph
 
+    Raises
+    ------
+    MeshError
+        If the graph's mesh has vertices in no face, which have no node.
+
     Examples
     --------
     >>> import lbskel
@@ -101,4 +106,9 @@ def to_skeleton(graph: CollapsedGraph) -> Skeleton:
     >>> lbskel.to_skeleton(lbskel.collapse(lbskel.contract(torus(1.0, 0.2)))).cycle_rank
     1
     """
+    if (n_without := int((graph.node_of_vertex < 0).sum())) > 0:
+        raise MeshError(
+            f"the mesh has {counted(n_without, 'vertex')} in no face, which no node is made from: contract the mesh of "
+            "a body from lbskel.prepare, which leaves them out"
+        )
     return Skeleton(graph.nodes, graph.edges, np.zeros(len(graph.nodes)), graph.node_of_vertex)

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from lbskel.errors import MeshError
+from lbskel.errors import MeshError, UnknownChoice
 from lbskel.geometry.deadline import Deadline
 from lbskel.geometry.surface_queries import Surface
 from lbskel.pipeline.anchoring import Anchors
@@ -57,6 +57,7 @@ Pass: TypeAlias = Callable[[Skeleton, Surface], Skeleton]
 # Distance of the nodes along a branch, in mean radii. It bounds the error between nodes, and the time:
 # benchmarks/results/constants.md
 SPACING = 0.5
+MAX_OUTSIDE = 0.5  # how far a node may be outside of the body's box, in its diameter bounds; a guess
 
 
 def refine(
@@ -90,9 +91,9 @@ def refine(
     Raises
     ------
     UnknownChoice
-        If the ratio is negative or NaN, or the tip position is not a name in TIP_POSITIONS.
+        If the ratio is negative or NaN, the tip position is not a name in TIP_POSITIONS, or anchors are no Anchors.
     MeshError
-        If the skeleton's map is not that of the body's proxy.
+        If the skeleton's map is not that of the body's proxy, or the skeleton lies elsewhere than the body.
 
     Examples
     --------
@@ -110,6 +111,14 @@ def refine(
             f"the skeleton maps {n_mapped} vertices to its nodes, and the proxy of the body has {n_vertices}: give the "
             "skeleton that to_skeleton made from body.proxy.mesh"
         )
+    low, high = body.mesh.vertices.min(axis=0), body.mesh.vertices.max(axis=0)
+    if (np.maximum(low - skeleton.nodes, skeleton.nodes - high) > MAX_OUTSIDE * body.mesh.diameter_bound).any():
+        raise MeshError(
+            "the skeleton lies elsewhere than the body, which lbskel.prepare has moved and scaled: contract "
+            "body.proxy.mesh, and not the mesh that was prepared"
+        )
+    if anchors is not None and not isinstance(anchors, Anchors):
+        raise UnknownChoice("anchors must be those that resolve_anchors of lbskel.pipeline.anchoring returns")
     timer = timer or StageTimer()
 
     def changed(stage: str, change: Pass, surface: Surface, *, is_needed: bool = False) -> Skeleton:

@@ -22,14 +22,20 @@ def voxel_surface(filled: ArrayLike) -> Mesh:
 
     Parameters
     ----------
-    filled : (x, y, z) array_like of bool
+    filled : (x, y, z) array_like of bool or int
+        Voxels with any number but 0 are filled.
 
     Raises
     ------
     MeshError
-        If the array has another shape, or no voxel is filled.
+        If the array has another shape or real numbers other than 0 and 1, or no voxel is filled.
     """
-    given = np.asarray(filled, dtype=np.float64)
+    labels = np.asarray(filled)
+    if labels.dtype.kind not in "biu" and not np.isin(labels, [0, 1]).all():
+        raise MeshError(
+            f"filled must be of bool or int, not gray values of {labels.dtype}: compare them with a threshold"
+        )
+    given = (labels != 0).astype(np.float64)
     if given.ndim != 3 or not given.any():
         raise MeshError(f"filled must have shape (x, y, z) and a voxel that is filled; its shape is {given.shape}")
     inside = np.pad(given, 1)

@@ -384,3 +384,9 @@ def test_a_preset_is_taken_by_its_name():
     assert (named.coarse.vertices == given.coarse.vertices).all()
     with pytest.raises(UnknownChoice, match="preset"):
         contract(mesh, "au2009")
+
+
+@pytest.mark.parametrize("limit", [-1.0, float("nan"), "5"])
+def test_time_limits_that_are_no_seconds_are_refused(limit):
+    with pytest.raises(UnknownChoice, match="time_limit must be a number of seconds"):
+        contract(torus(1.0, 0.2), time_limit=limit)

@@ -12,6 +12,7 @@ import lbskel
 from lbskel import Skeleton
 from lbskel.pipeline.assembly import assemble
 from lbskel.pipeline.preparation import prepare
+from lbskel.shapes import cylinder
 
 
 def line(body):
@@ -49,6 +50,13 @@ def test_vertices_of_no_body_go_to_the_nearest_node(rod):
     assert whole.node_of_vertex[-3:].tolist() == [1, 1, 1]
 
 
+def test_vertices_in_long_triangles_of_a_simplified_mesh_have_nodes_near_them():
+    rod = cylinder(0.5, 20.0, 16, 80)
+    skeleton = lbskel.skeletonize(rod, preprocess="simplify:target_faces=150")
+    distances = np.linalg.norm(rod.vertices - skeleton.nodes[skeleton.node_of_vertex], axis=1)
+    assert distances.max() < 2 * 0.5  # by way of the corners, up to eleven radii
+
+
 def test_the_report_is_plain_json(ring):
     report = lbskel.skeletonize(ring).report
     assert json.loads(json.dumps(report, allow_nan=False)).keys() == report.keys()
@@ -69,3 +77,9 @@ def test_an_operator_that_cannot_be_copied_is_reported_by_its_name(ring):
 
     report = lbskel.skeletonize(ring, operator=Locked()).report
     assert report["settings"]["operator"].endswith("Locked()")
+
+
+def test_a_skeleton_for_each_body_is_needed(rod):
+    prepared = prepare(rod)
+    with pytest.raises(lbskel.MeshError, match="one skeleton for each of 1 bodies, not 0"):
+        assemble([], prepared)

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import lbskel.pipeline.bodies as bodies
-from lbskel import PRESETS, Contraction, Status, collapse, contract, prepare, refine, to_skeleton
+from lbskel import PRESETS, Contraction, Mesh, MeshError, Status, collapse, contract, prepare, refine, to_skeleton
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.pipeline.bodies import skeletonize_body
 from lbskel.pipeline.profiling import StageTimer
 from lbskel.preprocess.simplification import simplify
-from lbskel.shapes import torus
+from lbskel.shapes import capsule, torus
 
 SETTINGS = PRESETS["curvature_flow"]
 
@@ -100,3 +100,10 @@ def test_contraction_may_take_half_of_the_time_left(body, monkeypatch):
         skeletonize_body(body, SETTINGS, losing_the_handle_of(0), StageTimer(time_limit=time_limit))
     assert limits[0] is None
     assert 4e8 < limits[-1] <= 5e8
+
+
+def test_vertices_in_no_face_are_named():
+    rod = capsule(3.0, 0.4, 8)
+    stray = Mesh(np.concatenate([rod.vertices, [[5, 5, 5]]]), rod.faces)
+    with pytest.raises(MeshError, match=r"has 1 vertex in no face, .* a body from lbskel.prepare"):
+        to_skeleton(collapse(contract(stray)))

@@ -1,12 +1,24 @@
 """The passes on one body, and what is left of them where their time is over."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import pytest
 from helpers import is_whole, joined, moved
 
-from lbskel import MeshError, Skeleton, collapse, contract, prepare, refine, resample, skeletonize, to_skeleton
+from lbskel import (
+    MeshError,
+    Skeleton,
+    UnknownChoice,
+    collapse,
+    contract,
+    prepare,
+    refine,
+    resample,
+    skeletonize,
+    to_skeleton,
+)
 from lbskel.contraction.cycle_classes import tunnels_missed
 from lbskel.geometry.deadline import Deadline, OutOfTime
 from lbskel.geometry.surface_queries import Surface
@@ -130,3 +142,12 @@ def test_the_skeleton_of_a_porous_block_goes_around_all_its_tunnels_inside():
     measures = skeleton.report["score"]["measures"]
     assert (skeleton.cycle_rank, measures["tunnels_missed"]) == (8, 0)
     assert measures["inside_fraction"] > 0.95  # 0.988; 0.91 where a pass is taken back as a whole
+
+
+def test_a_skeleton_that_lies_elsewhere_and_anchors_of_another_kind_are_refused(rod):
+    (body,) = prepare(rod).bodies
+    skeleton = to_skeleton(collapse(contract(body.proxy.mesh)))
+    with pytest.raises(MeshError, match=r"elsewhere than the body, .* contract body.proxy.mesh"):
+        refine(replace(skeleton, nodes=skeleton.nodes + 100), body)
+    with pytest.raises(UnknownChoice, match="anchors must be those that resolve_anchors"):
+        refine(skeleton, body, anchors=[0])

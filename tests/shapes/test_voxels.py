@@ -62,3 +62,11 @@ def test_what_leaves_no_voxels_or_no_holes_is_refused():
         lattice(3, spacing=1)
     with pytest.raises(UnknownChoice, match="filled must be above 0 and at most 1, not 0"):
         porous_block(4, filled=0)
+
+
+def test_labels_are_filled_and_gray_values_refused():
+    block = np.zeros((4, 4, 4), dtype=np.int64)
+    block[1:3, 1:3, 1:3] = 7
+    assert voxel_surface(block).volume == voxel_surface(block > 0).volume
+    with pytest.raises(MeshError, match="not gray values of float64: compare them with a threshold"):
+        voxel_surface(block * 0.9)

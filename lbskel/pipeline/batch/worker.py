@@ -140,17 +140,16 @@ def serve(jobs: TextIO, replies: TextIO, memory_limit: float) -> None:
         replies.flush()
 
 
-def _reply(job: dict[str, Any]) -> dict[str, Any]:
-    """Make one skeleton and describe it."""
-    from lbskel.io import as_shape, write_safely, write_skeleton
-    from lbskel.pipeline.cycles import cut_cycles
-    from lbskel.pipeline.stages import skeletonize
+class NotWritten(Exception):
+    """A result that could not be written, as on a full disk."""
 
+
+def _write(job: dict[str, Any], mesh: Any, skeleton: Any) -> None:
+    """Write the files of a skeleton; NotWritten where that fails."""
+    from lbskel.io import write_safely, write_skeleton
+
+    output = Path(job["output"])
     try:
-        mesh = as_shape(job["input"])
-        skeleton = skeletonize(mesh, **job["options"])
-        output = Path(job["output"])
-        skeleton, cut_note = cut_cycles(skeleton, tree=job["tree"], extension=output.suffix.removeprefix("."))
         write_skeleton(output, skeleton, scale=job["scale"], units=job["units"])
         if job["report"]:
             text = json.dumps({"mesh": job["input"], **skeleton.report}, indent=1) + "\n"
@@ -159,9 +158,30 @@ def _reply(job: dict[str, Any]) -> dict[str, Any]:
             from lbskel.visualization import picture
 
             picture(mesh, skeleton, output.with_suffix(".png"))
+    except MissingDependency:
+        raise
+    except LbskelError as error:
+        raise NotWritten(" ".join(str(error).splitlines())) from error
+
+
+def _reply(job: dict[str, Any]) -> dict[str, Any]:
+    """Make one skeleton and describe it."""
+    from lbskel.io import as_shape
+    from lbskel.pipeline.cycles import cut_cycles
+    from lbskel.pipeline.stages import skeletonize
+
+    try:
+        mesh = as_shape(job["input"])
+        skeleton = skeletonize(mesh, **job["options"])
+        output = Path(job["output"])
+        skeleton, cut_note = cut_cycles(skeleton, tree=job["tree"], extension=output.suffix.removeprefix("."))
+        _write(job, mesh, skeleton)
     except MemoryLimitError as error:
         return {"outcome": BatchStatus.OVER_MEMORY, "message": str(error)}
-    except MissingDependency as error:  # without a key, so that the input is tried again after an installation
+    except (
+        MissingDependency,
+        NotWritten,
+    ) as error:  # without a key: it is tried again when there is space or a package
         return {"outcome": BatchStatus.REFUSED, "message": str(error), "key": ""}
     except LbskelError as error:
         if isinstance(error.__context__, MemoryError):

@@ -5,8 +5,9 @@ import signal
 import pytest
 
 from lbskel import read_skeleton, write_mesh
+from lbskel.io.text import convert_errors
 from lbskel.pipeline.batch import BatchStatus
-from lbskel.pipeline.batch.worker import WorkerProcess
+from lbskel.pipeline.batch.worker import WorkerProcess, _reply
 
 PARAMETERS = {
     "tree": False,
@@ -94,3 +95,20 @@ def test_a_killed_process_is_reported_and_the_next_job_gets_another(worker, job,
 def test_a_stopped_worker_does_no_more_jobs(worker, job):
     worker.stop()
     assert worker.run(job)["outcome"] is BatchStatus.ENDED
+
+
+def test_a_result_that_cannot_be_written_is_made_again(worker, job, tmp_path):
+    """As when the disk was full: a reply without a key is no final one."""
+    (tmp_path / "file").write_text("")
+    reply = worker.run({**job, "output": str(tmp_path / "file" / "skeleton.json")})
+    assert (reply["outcome"], reply["key"]) == (BatchStatus.REFUSED, "")
+    assert "skeleton.json" in reply["message"]
+
+
+def test_memory_that_runs_out_while_reading_is_no_refusal(monkeypatch, job):
+    def read(path):
+        with convert_errors(path):
+            raise MemoryError
+
+    monkeypatch.setattr("lbskel.io.as_shape", read)
+    assert _reply(job)["outcome"] is BatchStatus.OVER_MEMORY
