@@ -62,10 +62,10 @@ def local_radii(mesh: Mesh, *, deadline: Deadline = NEVER) -> NDArray[np.float64
     """(n,) radius of the shape at each vertex: half the thickness, made 1-Lipschitz along the edges.
 
     At a vertex it is the median over its faces, so that single rays that miss do not count; with rays from some of the
-    faces only, over those of the adjacent vertices too, by area. A ray along an axis, from
-    the end of a limb, is much longer than the limb is thick; so the radius at a vertex is at most that at any other
-    plus their distance along the edges, as it is for the local feature size (Amenta, Bern 1999,
-    https://doi.org/10.1007/PL00009475). In units of the mesh.
+    faces only, over those of the adjacent vertices too, by area. A ray along an axis, from the end of a limb, is much
+    longer than the limb is thick; so the radius at a vertex is at most that at any other plus their distance along the
+    edges, as it is for the local feature size (Amenta, Bern 1999, https://doi.org/10.1007/PL00009475). In units of the
+    mesh.
 
     Parameters
     ----------

@@ -178,10 +178,8 @@ def _reply(job: dict[str, Any]) -> dict[str, Any]:
         _write(job, mesh, skeleton)
     except MemoryLimitError as error:
         return {"outcome": BatchStatus.OVER_MEMORY, "message": str(error)}
-    except (
-        MissingDependency,
-        NotWritten,
-    ) as error:  # without a key: it is tried again when there is space or a package
+    except (MissingDependency, NotWritten) as error:
+        # without a key, so that the input is tried again after an installation, or when there is space
         return {"outcome": BatchStatus.REFUSED, "message": str(error), "key": ""}
     except LbskelError as error:
         if isinstance(error.__context__, MemoryError):
