@@ -140,8 +140,8 @@ def _at_most(stride: int) -> Iterator[None]:
 def _row_of_stride(name: str, shape: Shape, stride: int) -> dict[str, Any]:
     """One shape, with rays from every so many faces."""
     with _at_most(1):
-        exact = shape_diameter.local_radii(shape.mesh)
-    mesh = shape.mesh.with_vertices(shape.mesh.vertices)  # which knows no radii yet
+        exact = shape_diameter.local_radii(shape.mesh.with_vertices(shape.mesh.vertices))  # which knows no radii yet
+    mesh = shape.mesh.with_vertices(shape.mesh.vertices)
     with _at_most(stride):
         began = time.process_time()
         radii = shape_diameter.local_radii(mesh)

@@ -157,18 +157,21 @@ def _medians_around_vertices(
     The faces of a fan around a vertex do not count for the vertices of its rim.
     """
     n, k = len(mesh.vertices), len(measured)
-    corners = mesh.faces[measured].ravel(), np.repeat(np.arange(k), 3)
-    at_vertex = csr_array((np.ones(3 * k), corners), shape=(n, k))
+    order = np.argsort(thickness)
+    rank = np.empty(k, dtype=np.int64)
+    rank[order] = np.arange(k)
+    corners = mesh.faces[measured].ravel(), np.repeat(rank, 3)
+    at_vertex = csr_array((np.ones(3 * k, dtype=np.int8), corners), shape=(n, k))
     n_neighbors = np.bincount(mesh.edges.ravel(), minlength=n)
     edges = mesh.edges[(n_neighbors[mesh.edges] <= MAX_AROUND).all(axis=1)]
-    graph = weighted_graph(edges, np.ones(len(edges)), n)
-    around = csr_array((graph + graph.T + eye_array(n)) @ at_vertex)
-    faces, first, last = around.indices, around.indptr[:-1], around.indptr[1:]
-    ascending = np.lexsort((thickness[faces], np.repeat(np.arange(n), last - first)))
-    area = np.append(0.0, np.cumsum(mesh.face_areas[measured][faces[ascending]]))
+    graph = weighted_graph(edges, np.ones(len(edges), dtype=np.int8), n)
+    around = csr_array((graph + graph.T + eye_array(n, dtype=np.int8)) @ at_vertex)
+    around.sort_indices()  # of each vertex, the thinnest first
+    faces, first, last = order[around.indices], around.indptr[:-1], around.indptr[1:]
+    area = np.append(0.0, np.cumsum(mesh.face_areas[measured][faces]))
     total = area[last] - area[first]
     middle = np.searchsorted(area[1:], area[first] + (0.5 - TIE) * total)
-    return np.where(total > 0, thickness[faces[ascending[np.minimum(middle, len(faces) - 1)]]], np.inf)
+    return np.where(total > 0, thickness[faces[np.minimum(middle, len(faces) - 1)]], np.inf)
 
 
 def thickness_along_normal(mesh: Mesh, faces: NDArray[np.int64], *, deadline: Deadline = NEVER) -> NDArray[np.float64]:

@@ -34,8 +34,8 @@ MAX_CUT_RATIO = 2.5
 # of 168 ends, with 0.7 some jagged cuts are not found
 MIN_CUT_SHARE = 0.5
 # Upper bound on the distance from the center of a cut to its rim, in mean radii of the cut: it is 1.46 for a cut that
-# is oblique by 75 degrees, and 1.63 at teeth of one. Rows in the same table: 1.25 to 3 are alike, with 1 six of 90
-# cropped tubes have false branches, with 0 nineteen; by hand, with 2 a twig near the cut of a trunk counts as rim
+# is oblique by 75 degrees, and 1.63 at teeth of one. Rows in the same table: 1.5 to 3 are alike, with 1.25 a right
+# skeleton fails, with 1 six of 90 cropped tubes have false branches; by hand, with 2 a twig beside a cut counts as rim
 RIM_RATIO = 1.75
 AT_CENTER = 1e-3  # distance from the center of a cut, in its radii, that rounding to single precision may leave
 NO_CUTS = np.empty((0, 7))
