@@ -32,7 +32,7 @@ MAX_ERROR = 0.15  # of the length of an axis that is right: tips are a radius be
 BOUNDS: dict[str, dict[str, float]] = {
     "as they are": {},
     **{f"MAX_COARSE_AREA {value:g}": {"automatic.MAX_COARSE_AREA": value} for value in (0.05, 0.1, 0.3, 0.5, 1.0)},
-    **{f"MAX_GROWTH {value:g}": {"subdivision.MAX_GROWTH": value} for value in (1.0, 1.15, 1.5, 2.0, 3.0)},
+    **{f"MAX_GROWTH {value:g}": {"subdivision.MAX_GROWTH": value} for value in (1.0, 1.15, 1.3, 1.5, 3.0)},
 }
 
 
