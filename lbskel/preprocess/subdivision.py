@@ -35,7 +35,7 @@ FACTOR_STEP = 1.1  # by which the limit is raised until there are few enough fac
 def refine(mesh: Mesh, *, max_edge_length: float = 0.5) -> PreprocessResult:
     """Split edges that are long relative to the local thickness, until none is or there are many faces.
 
-    These are about 19,000, or twice as many as before where that is more. Where the limit would take more faces, it
+    These are about 19,000, or twice as many as before for a mesh of more. Where the limit would take more faces, it
     is raised by one factor everywhere, so that thick and thin parts stay equally fine, and faces are divided by their
     shorter diagonals, which need fewer faces for the same edges.
 
@@ -53,7 +53,8 @@ def refine(mesh: Mesh, *, max_edge_length: float = 0.5) -> PreprocessResult:
     """
     if not max_edge_length > 0:
         raise UnknownChoice(f"max_edge_length must be positive, not {max_edge_length}")
-    most_faces = max(MAX_FACES, MAX_GROWTH * len(mesh.faces))
+    n = len(mesh.faces)
+    most_faces = MAX_FACES if n <= MAX_FACES else MAX_GROWTH * n
     ratios = _length_ratios(mesh, max_edge_length)
     factor = 1.0
     while _predicted_faces(ratios / factor) > most_faces:

@@ -96,11 +96,11 @@ def test_no_round_follows_once_there_are_enough_faces(monkeypatch):
     assert 1000 <= len(refine(mesh, max_edge_length=0.01).mesh.faces) <= 4000
 
 
-def test_a_mesh_of_more_faces_gets_a_third_more(monkeypatch):
+def test_a_mesh_of_more_faces_gets_twice_as_many(monkeypatch):
     z = np.cumsum(np.linspace(0.1, 1.0, 20))
     mesh = tube(np.stack([0 * z, 0 * z, z], axis=1), 0.2, sides=8)
     monkeypatch.setattr(subdivision, "MAX_FACES", len(mesh.faces) // 2)
-    assert len(mesh.faces) < len(refine(mesh).mesh.faces) <= 1.3 * len(mesh.faces)
+    assert len(mesh.faces) < len(refine(mesh).mesh.faces) <= 2 * len(mesh.faces)  # without a bound, 4,176
 
 
 def test_faces_with_a_long_edge_are_coarse():
