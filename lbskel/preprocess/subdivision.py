@@ -21,7 +21,7 @@ from lbskel.preprocess.result import PreprocessResult, identity_result, preproce
 MAX_FACES = 19_000
 
 # The same for a mesh of more faces, as a multiple of these. Rows in benchmarks/results/coarse.md: with 1, which refines
-# none of them, four of 13 parts are wrong, with 1.15 and 1.5 one is, and 2 and 3 are like 1.3, which takes less time
+# none of them, four of 13 parts are wrong, with 1.15 and 1.3 one is, and 1.5 to 3 are alike
 MAX_GROWTH = 2.0
 
 MAX_ROUNDS = 8  # each round halves the longest edges; a guess
