@@ -51,9 +51,9 @@ MISSING = {
     "score points": "no measures",
 }
 
-# Distance by which preprocessing may move a vertex on the way to its node, in radii of the node; more counts as another
-# place. By hand, of a ladder's vertices after "organic" 0.3 % are then more than three radii from their node, with 0.5
-# 0.9 %, and 5 % without
+# Distance of a vertex from the one that it was merged with, on the way to its node, in radii of the node; more counts
+# as another place. By hand, of a ladder's vertices after "organic" 0.3 % are then more than three radii from their node,
+# with 0.5 0.9 %, and 5 % without
 MAX_OFFSET = 0.1
 
 
@@ -114,12 +114,14 @@ def assemble(skeletons: Sequence[Skeleton], prepared: PreparedMesh) -> Skeleton:
 def _with_near_nodes(
     node_of_vertex: NDArray[np.int64], vertices: NDArray[np.float64], skeleton: Skeleton, prepared: PreparedMesh
 ) -> NDArray[np.int64]:
-    """(n,) nodes nearer along the skeleton for vertices that preprocessing has moved by more than MAX_OFFSET.
+    """(n,) nodes nearer along the skeleton for vertices that were merged with others farther away than MAX_OFFSET.
 
-    When a mesh is simplified, a vertex in a long triangle goes by way of one of its corners, several radii away.
+    When a mesh is simplified, a vertex in a long triangle goes by way of one of its corners, several radii away. What
+    was only moved, as by smoothing, keeps its node, so that regions stay connected.
     """
     image = prepared.vertex_map.indices
-    offsets = np.where(image >= 0, vector_lengths(vertices - prepared.mesh.vertices[image]), 0.0)
+    is_merged = (image >= 0) & (np.bincount(image + 1)[image + 1] > 1)
+    offsets = np.where(is_merged, vector_lengths(vertices - prepared.mesh.vertices[image]), 0.0)
     is_far = offsets > MAX_OFFSET * skeleton.radii[node_of_vertex]
     found = np.array(node_of_vertex)
     found[is_far] = descend_to_nearest_node(vertices[is_far], found[is_far], skeleton.nodes, *skeleton.adjacency)

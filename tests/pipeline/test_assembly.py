@@ -57,6 +57,12 @@ def test_vertices_in_long_triangles_of_a_simplified_mesh_have_nodes_near_them():
     assert distances.max() < 2 * 0.5  # by way of the corners, up to eleven radii
 
 
+def test_regions_of_a_smoothed_mesh_stay_connected(rod):
+    rough = lbskel.Mesh(rod.vertices + 0.03 * np.random.default_rng(0).normal(size=rod.vertices.shape), rod.faces)
+    skeleton = lbskel.skeletonize(rough, preprocess="smooth_noise:iterations=20")
+    assert skeleton.report["score"]["measures"]["connected_regions"] == 1.0
+
+
 def test_the_report_is_plain_json(ring):
     report = lbskel.skeletonize(ring).report
     assert json.loads(json.dumps(report, allow_nan=False)).keys() == report.keys()
