@@ -52,7 +52,7 @@ MISSING = {
 }
 
 # Distance of a vertex from the one that it was merged with, on the way to its node, in radii of the node; more counts
-# as another place. By hand, of a ladder after "organic" 0.3 % of the vertices are then over three radii from their node,
+# as another place. By hand, 0.3 % of a ladder's vertices after "organic" are then over three radii from their node,
 # with 0.5 0.9 %, and 5 % without
 MAX_OFFSET = 0.1
 
