@@ -36,7 +36,6 @@ EQUAL_WEIGHT = 0.002
 # Nodes of a branch among which joints are chosen, or four for each bone if these are more. It bounds the cost, which is
 # cubic in them: 0.02 s for a branch. By hand, joints are within 0.3 % of the branch's length of the best ones.
 MAX_JOINTS = 200
-MIN_PART_LENGTH = 0.5  # length of a component that has bones of its own, in lengths of the longest; a guess
 GROWTH = (
     1.1  # factor by which the least length rises, no unit: the step of a search, which bounds how far it overshoots
 )
@@ -104,8 +103,9 @@ def bones_of(skeleton: Skeleton, *, max_bones: int) -> Bones:
 def _main_components(skeleton: Skeleton, max_bones: int) -> Skeleton:
     """Contract the nodes of short components into the nearest node of another.
 
-    Those are shorter than a bone of the longest, and than half of the longest: equal bolts or boots are parts each,
-    of which the longest are kept where there are more of them than bones.
+    Those are shorter than a bone of the longest. If that is shorter itself, as of equal bolts or boots, its length
+    takes the place of a bone, and the others count as parts by rounding, as branches do; of more parts than bones the
+    longest are kept.
     """
     label = skeleton.component_of_node
     lengths = np.bincount(label[skeleton.edges[:, 0]], skeleton.edge_lengths, minlength=skeleton.n_components)
@@ -115,7 +115,7 @@ def _main_components(skeleton: Skeleton, max_bones: int) -> Skeleton:
     else:
         longest = np.argmax(lengths)
         bone = BONE_LENGTH * float(np.median(skeleton.radii[label == longest]))
-        is_main = lengths >= min(bone, MIN_PART_LENGTH * lengths[longest])
+        is_main = (lengths >= bone) | ((lengths[longest] < bone) & (np.rint(lengths / lengths[longest]) > 0))
         shorter = np.argsort(-lengths, kind="stable")[max_bones:]
         is_main[shorter] &= lengths[shorter] >= bone
     kept = np.flatnonzero(is_main[label])

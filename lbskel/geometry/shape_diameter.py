@@ -53,8 +53,12 @@ ALL_RAYS = 16_000
 # and eight of those around it.
 # benchmarks/results/resolution.md, "Local radii by rays from every n-th face"
 MAX_STRIDE = 3
-MAX_AROUND = 32  # neighbors of a vertex up to which their faces count for it, which bounds the memory; a guess
-TIE = 1e-6  # share of the area around a vertex that rounding may take from its half
+# Upper bound on the neighbors of a vertex whose faces count for those beside it, which bounds the memory.
+# benchmarks/results/bounds.md: 8 to 64 are alike; with 4 slivers decide, without a bound the faces of a fan do
+MAX_AROUND = 32
+# Share of the area around a vertex by which its half may be missed: the areas of all vertices are summed, and 1e7 of
+# them leave a rounding error of 1e-9 of one
+TIE = 1e-6
 NAME = "local radii"  # in the cache of a mesh
 
 

@@ -51,11 +51,6 @@ MISSING = {
     "score points": "no measures",
 }
 
-# Distance of a vertex from the one that it was merged with, on the way to its node, in radii of the node; more counts
-# as another place. By hand, 0.3 % of a ladder's vertices after "organic" are then over three radii from their node,
-# with 0.5 0.9 %, and 5 % without
-MAX_OFFSET = 0.1
-
 
 def assemble(skeletons: Sequence[Skeleton], prepared: PreparedMesh) -> Skeleton:
     """Join the skeletons of all bodies in the caller's coordinates, with a node for each of the caller's vertices.
@@ -114,7 +109,7 @@ def assemble(skeletons: Sequence[Skeleton], prepared: PreparedMesh) -> Skeleton:
 def _with_near_nodes(
     node_of_vertex: NDArray[np.int64], vertices: NDArray[np.float64], skeleton: Skeleton, prepared: PreparedMesh
 ) -> NDArray[np.int64]:
-    """(n,) nodes nearer along the skeleton for vertices that were merged with others farther away than MAX_OFFSET.
+    """(n,) nodes nearer along the skeleton for vertices that were merged with others elsewhere.
 
     When a mesh is simplified, a vertex in a long triangle goes by way of one of its corners, several radii away. What
     was only moved, as by smoothing, keeps its node, so that regions stay connected.
@@ -122,9 +117,9 @@ def _with_near_nodes(
     image = prepared.vertex_map.indices
     is_merged = (image >= 0) & (np.bincount(image + 1)[image + 1] > 1)
     offsets = np.where(is_merged, vector_lengths(vertices - prepared.mesh.vertices[image]), 0.0)
-    is_far = offsets > MAX_OFFSET * skeleton.radii[node_of_vertex]
+    is_moved = offsets > 0
     found = np.array(node_of_vertex)
-    found[is_far] = descend_to_nearest_node(vertices[is_far], found[is_far], skeleton.nodes, *skeleton.adjacency)
+    found[is_moved] = descend_to_nearest_node(vertices[is_moved], found[is_moved], skeleton.nodes, *skeleton.adjacency)
     return found
 
 

@@ -37,7 +37,9 @@ MIN_CUT_SHARE = 0.5
 # is oblique by 75 degrees, and 1.63 at teeth of one. Rows in the same table: 1.5 to 3 are alike, with 1.25 a right
 # skeleton fails, with 1 six of 90 cropped tubes have false branches; by hand, with 2 a twig beside a cut counts as rim
 RIM_RATIO = 1.75
-AT_CENTER = 1e-3  # distance from the center of a cut, in its radii, that rounding to single precision may leave
+# Upper bound on the distance of a placed tip from the center of its cut, in radii of the cut. Rounding to single
+# precision leaves 6e-8 of a coordinate: so much at 16,000 radii from the origin
+AT_CENTER = 1e-3
 NO_CUTS = np.empty((0, 7))
 
 

@@ -25,7 +25,7 @@ def test_constants_are_moved_one_by_one_and_put_back():
     found = {(row["constant"], row["factor"]): row["found"] for row in rows}
     assert found["`bones.BONE_LENGTH`", 0.5] == (before[0] / 2, before[1])
     assert found["`bones.GROWTH`", 2.0] == (before[0], 2 * before[1])
-    assert len(rows) == 2 * 5
+    assert len(rows) == 2 * 4
 
 
 @pytest.mark.parametrize("name", CHARACTERS)
