@@ -12,7 +12,7 @@ the truth no tip.
 
 from __future__ import annotations
 
-__all__ = ["run"]
+__all__ = ["hemibrain_neurons", "hemibrain_row", "part_of", "remeshed", "run", "tube_row", "tubes_around"]
 
 import time
 from collections.abc import Iterator, Sequence
@@ -59,13 +59,13 @@ EDGE_LENGTH, NOISE, KEPT = 0.6, 0.1, 0.5  # of tubes: edges in radii, noise in e
 def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] = ()) -> None:
     """Measure, and write neurons.json and neurons.md; ``meshes`` are more tracings, of which tubes are made."""
     tools = list(TOOLS) if peers else list(OURS)
-    neurons = list(_neurons(1 if quick else 5))
+    neurons = list(hemibrain_neurons(1 if quick else 5))
     rows = [
         hemibrain_row(name, tool, truth, ask(tool, mesh), len(mesh.faces))
         for name, mesh, truth in neurons
         for tool in tools
     ]
-    shapes = [remeshed(_tubes(tracing, QUICK_TIPS if quick else PART_TIPS)) for _, _, tracing in neurons]
+    shapes = [remeshed(tubes_around(tracing, QUICK_TIPS if quick else PART_TIPS)) for _, _, tracing in neurons]
     tubes = [
         tube_row(name, tool, shape, ask(tool, shape.mesh))
         for (name, _, _), shape in zip(neurons, shapes, strict=True)
@@ -79,7 +79,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
     ]
     others = []
     for path in meshes:
-        shape = remeshed(_tubes(lbskel.read_skeleton(path), PART_TIPS))
+        shape = remeshed(tubes_around(lbskel.read_skeleton(path), PART_TIPS))
         others += [tube_row(path.stem, tool, shape, ask(tool, shape.mesh)) for tool in OURS]
     last = 1 if quick else None
     limbs = [limb_row(neurons, shapes, bulge) for bulge in BULGES[:last]]
@@ -124,7 +124,7 @@ def _files(name: str) -> list[Path]:
     return [Path(navis.__file__).parent / "data" / kind / f"{name}.{kind}" for kind in ("obj", "swc")]
 
 
-def _neurons(n: int) -> Iterator[tuple[str, lbskel.Mesh, lbskel.Skeleton]]:
+def hemibrain_neurons(n: int) -> Iterator[tuple[str, lbskel.Mesh, lbskel.Skeleton]]:
     """List the identifiers, meshes and tracings of the first neurons that navis ships."""
     import navis
 
@@ -206,12 +206,12 @@ def _summary(rows: list[dict[str, Any]], tool: str) -> dict[str, Any]:
     return {"tool": tool, **means, "one component": f"{one}/{len(own)}", "failed": len(own) - len(done)}
 
 
-def _tubes(tracing: lbskel.Skeleton, n_tips: int) -> Shape:
+def tubes_around(tracing: lbskel.Skeleton, n_tips: int) -> Shape:
     """Mesh the tubes of a part of a tracing; of a smaller part where tubes touch that should not."""
     try:
         return tube_mesh(part_of(tracing, n_tips), edge_length=EDGE_LENGTH)
     except lbskel.MeshError:
-        return _tubes(tracing, n_tips * 3 // 4)
+        return tubes_around(tracing, n_tips * 3 // 4)
 
 
 def part_of(tracing: lbskel.Skeleton, n_tips: int) -> lbskel.Skeleton:

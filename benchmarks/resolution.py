@@ -1,8 +1,8 @@
 """Skeletons of fine shapes with a known axis: contraction of a simplified proxy, the default, or of every vertex.
 
 The size of the proxy follows from the local radii. A second table has the skeletons and the time of the radii for rays
-from every face, every second one, and so on; a third has trees of vessels with proxies of more or fewer faces; a fourth
-has a tube by marching cubes, whose slivers have normals along the surface when noise moves its vertices.
+from every face, every second one, and so on; a third has a tube by marching cubes, whose slivers have normals along the
+surface when noise moves its vertices.
 
 Distances are in units of the true local radius; seconds are processor seconds.
 """
@@ -16,22 +16,18 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
-from unittest import mock
 
 import numpy as np
 
 import lbskel
 from benchmarks.harness import markdown_table, save_json, save_markdown
-from benchmarks.vessels import TREES
 from lbskel.geometry import shape_diameter
 from lbskel.pipeline.preparation import SIMPLIFY
-from lbskel.preprocess import proxy
-from lbskel.shapes import SHAPES, Shape, make, marching_cubes, solid_of, vessel_tree
+from lbskel.shapes import SHAPES, Shape, make, marching_cubes, solid_of
 
 VERTICES = (18_000, 28_000, 45_000)  # so that there are more than 16,000 faces, above which the default simplifies
 QUICK = ("limbs", "knot")
 STRIDES = (1, 2, 3, 6, 12)  # of the faces from which rays are cast, at most
-FACTORS = (2.0, 4.0, 6.0, 8.0, 16.0)  # faces of an area of one squared local radius
 NOISES = (0.0, 0.05, 0.1, 0.15, 0.2)  # standard deviations of the vertices, in steps of the grid
 STEPS = (0.08, 0.04)  # of the grid, in radii of the tube
 DISTANCES = ("accuracy", "accuracy_95", "coverage", "coverage_95")
@@ -45,10 +41,8 @@ def run(quick: bool, results: Path) -> None:
             shape = make(name, n_vertices=n_vertices)
             rows += [_row(name, shape, simplify) for simplify in SIMPLIFY]
         strides += [_row_of_stride(name, shape, stride) for stride in STRIDES]
-    trees = [vessel_tree(n, min_radius=radius, seed=seed) for n, radius, seed in ([TREES[0]] if quick else TREES[1:])]
-    factors = [_row_of_factor(trees, factor) for factor in FACTORS]
     noisy = [_row_of_noise(step, noise) for step in STEPS[: 1 if quick else None] for noise in NOISES]
-    tables = {"rows": rows, "strides": strides, "factors": factors, "noise": noisy}
+    tables = {"rows": rows, "strides": strides, "noise": noisy}
     save_json(results / "resolution.json", tables)
     means = [_means(rows, simplify) for simplify in SIMPLIFY]
     shapes = [
@@ -67,7 +61,6 @@ def run(quick: bool, results: Path) -> None:
         {
             f"Means over shapes of {sizes}": markdown_table(means),
             "Local radii by rays from every n-th face": markdown_table([_means_of_stride(strides, n) for n in STRIDES]),
-            f"Faces for each squared local radius, means of {len(trees)} trees of vessels": markdown_table(factors),
             "A noisy tube by marching cubes, of radius 1 and length 6": markdown_table(noisy),
             "Each shape, over its sizes": markdown_table(shapes),
         },
@@ -89,22 +82,6 @@ def _row(name: str, shape: Shape, simplify: str) -> dict[str, Any]:
         "tips right": comparison.n_tips == comparison.n_true_tips,
         "seconds": seconds,
     }
-
-
-def _row_of_factor(trees: list[Shape], factor: float) -> dict[str, Any]:
-    """Trees of vessels, with proxies of so many faces for each squared local radius."""
-    with mock.patch.object(proxy, "FACES_PER_SQUARED_RADIUS", factor):
-        sizes = [min(proxy.face_budget(tree.mesh), len(tree.mesh.faces)) for tree in trees]
-        began = time.process_time()
-        skeletons = [lbskel.skeletonize(tree.mesh) for tree in trees]
-        seconds = (time.process_time() - began) / len(trees)
-    compared = [lbskel.ground_truth_distances(*pair) for pair in zip(skeletons, (t.truth for t in trees), strict=True)]
-    return (
-        {"faces for each squared radius": factor, "faces": int(np.mean(sizes))}
-        | {what: float(np.mean([getattr(each, what) for each in compared])) for what in (*DISTANCES, "radius_error")}
-        | {"tips": f"{sum(each.n_tips for each in compared)}/{sum(each.n_true_tips for each in compared)}"}
-        | {"seconds": seconds}
-    )
 
 
 def _row_of_noise(step: float, noise: float) -> dict[str, Any]:

@@ -1,7 +1,8 @@
 """Bodies of voxels, as the segmentation of an image volume has them: whether they have one skeleton in any unit.
 
 The edges of such a mesh are alike, so that rounding errors may choose among them when it is simplified. Trees of
-vessels as voxels are measured in four units and places, with other values of ``ROUNDING``.
+vessels as voxels are measured in four units and places: small ones, which are simplified by quadric errors, with other
+values of ``ROUNDING``; and large ones, of which the short edges collapse.
 """
 
 from __future__ import annotations
@@ -21,7 +22,9 @@ from lbskel.shapes import Shape, solid_of, vessel_tree
 from lbskel.shapes.isosurface import GRID_OFFSET, marching_cubes
 
 EXPONENTS = (-60, -40, -34, -30, -24)  # swept: of two, in ROUNDING; the first rounds nothing
-N_TREES, N_FORKS, SIZE = 4, 12, 0.4  # trees with so many forks, and the size of voxels in median radii
+DEFAULT = -30
+N_TREES = 4
+SMALL, LARGE = (3, 0.2), (12, 0.4)  # forks of a tree, and the size of voxels in median radii
 PLACES = ((1.0, 0.0), (1.7, 0.0), (1 / 3.3, 0.0), (1.0, 100.1))  # scales and offsets
 
 BLEND = 1e-3  # of the tubes where they meet, in their radii: nearly none
@@ -54,10 +57,20 @@ def voxel_body(shape: Shape, size: float) -> Shape:
 
 def run(quick: bool, results: Path) -> None:
     """Measure, and write voxels.json and voxels.md."""
-    trees = [voxel_body(vessel_tree(3 if quick else N_FORKS, seed=seed), SIZE) for seed in range(N_TREES)]
-    rows = [_row(trees[: 1 if quick else None], exponent) for exponent in EXPONENTS]
-    save_json(results / "voxels.json", {"rounding": rows})
-    save_markdown(results / "voxels.md", "Voxels", {"Rounding of coordinates, in four places": markdown_table(rows)})
+    small, large = (
+        [voxel_body(vessel_tree(n_forks, seed=seed), size) for seed in range(1 if quick else N_TREES)]
+        for n_forks, size in (SMALL, LARGE)
+    )
+    tables = {"rounding": [_row(small, exponent) for exponent in EXPONENTS], "short edges": [_row(large, DEFAULT)]}
+    save_json(results / "voxels.json", tables)
+    save_markdown(
+        results / "voxels.md",
+        "Voxels",
+        {
+            "Rounding of coordinates, in four places": markdown_table(tables["rounding"]),
+            "Short edges collapse, in four places": markdown_table(tables["short edges"]),
+        },
+    )
 
 
 def _row(bodies: list[Shape], exponent: int) -> dict[str, Any]:

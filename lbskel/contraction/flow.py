@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.contraction.coarsening import Coarsened, coarsen
 from lbskel.contraction.degenerate_rows import ROW_TREATMENTS
 from lbskel.contraction.energies import ENERGIES, ContractionStepInput, LinearSystem
 from lbskel.contraction.result import Contraction, Status, Step
@@ -25,6 +24,7 @@ from lbskel.contraction.settings import PRESETS, ContractionSettings
 from lbskel.contraction.stop_rules import RULES
 from lbskel.contraction.weights import ATTRACTIONS, INITIAL_WEIGHT_RULES, mean_ring_area, ring_areas, ring_shrinkage
 from lbskel.errors import MeshError, SolveError, UnknownChoice, choose, is_number
+from lbskel.geometry.coarsening import Coarsened, coarsen
 from lbskel.geometry.deadline import NEVER, Deadline, OutOfTime
 from lbskel.geometry.mesh import Mesh, PointCloud, as_mesh
 from lbskel.geometry.normals import vector_lengths

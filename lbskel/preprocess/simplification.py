@@ -10,7 +10,7 @@ schedule is tried, then, on closed manifolds, libigl's collapses of short edges,
 
 from __future__ import annotations
 
-__all__ = ["fewest_faces", "simplify"]
+__all__ = ["fewest_faces", "simplify", "topology_of"]
 
 import math
 from collections.abc import Iterator
@@ -105,9 +105,9 @@ def _to_target(mesh: Mesh, target: int, error: float) -> PreprocessResult:
     if mesh.genus and target < (needed := fewest_faces(mesh.genus)):
         note = f"{len(mesh.faces):,} faces were not simplified to {target:,}, since genus {mesh.genus} needs {needed:,}"
         return identity_result(mesh, note)
-    topology = _topology(mesh)
+    expected = topology_of(mesh)
     for simple in _candidates(mesh, target):
-        if len(simple.mesh.faces) > TARGET_TOLERANCE * target or _topology(simple.mesh) != topology:
+        if len(simple.mesh.faces) > TARGET_TOLERANCE * target or topology_of(simple.mesh) != expected:
             continue
         distance = hausdorff_distance(mesh, simple.mesh)
         if distance <= error:
@@ -182,8 +182,13 @@ def _vertex_map_of_collapses(collapses: NDArray[np.integer], faces: NDArray[np.i
     return np.where(is_kept, np.cumsum(is_kept) - 1, -1)[merged_into]
 
 
-def _topology(mesh: Mesh) -> tuple[int, int, int, bool, bool]:
-    """Compute what simplification must not change: Euler characteristic, components, boundary loops, manifoldness."""
+def topology_of(mesh: Mesh) -> tuple[int, int, int, bool, bool]:
+    """Compute what simplification must not change: Euler characteristic, components, boundary loops, manifoldness.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    """
     boundary = mesh.edges[mesh.faces_per_edge == 1]
     n_loops = Mesh(mesh.vertices, np.column_stack([boundary, boundary[:, 0]])).n_components if len(boundary) else 0
     return mesh.euler_characteristic, mesh.n_components, n_loops, mesh.is_edge_manifold, mesh.is_closed_manifold

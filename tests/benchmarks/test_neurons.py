@@ -97,7 +97,9 @@ def test_sections_are_counted_without_those_shorter_than_a_radius():
 def test_the_benchmark_writes_its_tables(tmp_path, monkeypatch):
     tracing = fork()
     shape = tube_mesh(tracing)
-    monkeypatch.setattr(neurons, "_neurons", lambda n: [("x", Mesh(shape.mesh.vertices, shape.mesh.faces), tracing)])
+    monkeypatch.setattr(
+        neurons, "hemibrain_neurons", lambda n: [("x", Mesh(shape.mesh.vertices, shape.mesh.faces), tracing)]
+    )
     monkeypatch.setattr(neurons, "_files", lambda name: [])
     monkeypatch.setattr(neurons, "ask", lambda tool, mesh: Answer(tracing, 1.0, "pass"))
     write_skeleton(tmp_path / "other.swc", tracing)

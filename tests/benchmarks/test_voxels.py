@@ -43,9 +43,11 @@ def test_a_mesh_of_voxels_has_the_same_proxy_in_any_unit_and_place(scale, offset
 
 
 def test_the_benchmark_counts_proxies_and_graphs_in_all_places(tmp_path, monkeypatch):
-    monkeypatch.setattr(voxels, "EXPONENTS", (-30,))
+    for name, value in (("EXPONENTS", (-30,)), ("SMALL", (2, 0.3)), ("LARGE", (4, 0.25))):
+        monkeypatch.setattr(voxels, name, value)
     voxels.run(True, tmp_path)
-    [row] = json.loads((tmp_path / "voxels.json").read_text())["rounding"]
-    assert (row["ROUNDING"], row["bodies"], row["proxies"], row["graphs"]) == ("2^-30", 1, 1, 1)
-    assert 0 < row["accuracy"] < 0.2
+    tables = json.loads((tmp_path / "voxels.json").read_text())
+    for row in (*tables["rounding"], *tables["short edges"]):
+        assert (row["ROUNDING"], row["bodies"], row["proxies"], row["graphs"]) == ("2^-30", 1, 1, 1)
+        assert 0 < row["accuracy"] < 0.2
     assert "## Rounding of coordinates, in four places" in (tmp_path / "voxels.md").read_text()

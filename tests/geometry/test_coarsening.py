@@ -7,8 +7,8 @@ import pytest
 from helpers import joined
 
 from lbskel import PRESETS, Mesh, collapse, contract, ground_truth_distances, skeletonize
-from lbskel.contraction.coarsening import Coarsened, coarsen
 from lbskel.contraction.homology import find_tunnels, transfer_cochain
+from lbskel.geometry.coarsening import Coarsened, coarsen
 from lbskel.shapes import chain_of_tori, cylinder, flat_grid, make, sphere, torus
 
 MIN_VERTICES = 16  # in place of the value that saves time
@@ -35,7 +35,7 @@ def closed_sums(cochain, mesh):
 @pytest.mark.parametrize("genus", [0, 1, 3])
 def test_topology_and_sums_are_kept_without_a_limit_on_lengths(monkeypatch, genus):
     """With a limit beyond every edge, and almost none on the number of vertices, all edges collapse that may."""
-    monkeypatch.setattr("lbskel.contraction.coarsening.MIN_VERTICES", MIN_VERTICES)
+    monkeypatch.setattr("lbskel.geometry.coarsening.MIN_VERTICES", MIN_VERTICES)
     mesh = chain_of_tori(genus, step=0.2) if genus else sphere(3)
     now = unmerged(mesh)
     for _ in range(30):
@@ -56,7 +56,7 @@ def test_topology_and_sums_are_kept_without_a_limit_on_lengths(monkeypatch, genu
 
 
 def test_merged_positions_are_means_weighted_by_the_weights(monkeypatch):
-    monkeypatch.setattr("lbskel.contraction.coarsening.MIN_VERTICES", MIN_VERTICES)
+    monkeypatch.setattr("lbskel.geometry.coarsening.MIN_VERTICES", MIN_VERTICES)
     mesh = sphere(2)
     weights = np.random.default_rng(0).uniform(0.1, 10.0, len(mesh.vertices))
     now = coarsen(Coarsened.unmerged(mesh, weights), np.full(len(mesh.vertices), 1e9))
@@ -191,7 +191,7 @@ def torus_without_a_quad():
 )
 def test_open_and_nonmanifold_meshes_keep_their_topology(monkeypatch, make_mesh, expected):
     """Without a limit on lengths and almost none on the number of vertices, all edges collapse that may."""
-    monkeypatch.setattr("lbskel.contraction.coarsening.MIN_VERTICES", MIN_VERTICES)
+    monkeypatch.setattr("lbskel.geometry.coarsening.MIN_VERTICES", MIN_VERTICES)
     mesh = make_mesh()
     assert not mesh.is_closed_manifold
     assert betti_numbers(mesh) == expected
@@ -207,7 +207,7 @@ def test_open_and_nonmanifold_meshes_keep_their_topology(monkeypatch, make_mesh,
 
 def test_boundary_edges_collapse_in_either_direction(monkeypatch):
     """The only short edge is one of the boundary, whose one face has it from the higher vertex or from the lower."""
-    monkeypatch.setattr("lbskel.contraction.coarsening.MIN_PROGRESS", 0.0)
+    monkeypatch.setattr("lbskel.geometry.coarsening.MIN_PROGRESS", 0.0)
     mesh = page(0.0, 20)
     boundary = mesh.half_edges[mesh.faces_per_edge[mesh.edge_of_half_edge] == 1]
     inner = boundary[~np.isin(boundary, [0, 19, 380, 399]).any(axis=1)]  # corners may be in one face only
