@@ -44,7 +44,7 @@ TARGET_TOLERANCE = 1.1  # faces that still meet the target, relative to it; a gu
 # Coordinates are rounded to multiples of this share of half the diameter bound, far above their rounding errors, which
 # decide between equal collapses else, and those of a mesh of voxels are nearly all equal. It bounds by how much a
 # rotation moves the skeleton of a large mesh. benchmarks/results/voxels.md: four such meshes in four units and places
-# have 16 graphs without rounding, 6 with 2^-40, and one each from 2^-34 on; by hand, those of neurons need 2^-30
+# have 15 graphs without rounding, 9 with 2^-40, and one each from 2^-34 on; by hand, those of neurons need 2^-30
 ROUNDING = 2.0**-30
 
 # Number of faces of the next attempt, relative to the last, while the error bound is met. A guess.
