@@ -2,7 +2,8 @@
 
 The shapes are trees of vessels, and the tubes around parts of the five tracings that navis ships, meshed by voxels that
 are fine, as those of an electron microscope are. Other values of ``SHORT_EDGE`` are measured, and the proxies that
-quadric errors make with as many faces as the default estimates. Seconds are processor seconds.
+quadric errors make with as many faces as the default estimates. Seconds are processor seconds. The memory is the peak
+of a process of its own, beside the estimate by which a run is refused.
 """
 
 from __future__ import annotations
@@ -16,14 +17,17 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
+import igl
 import numpy as np
+from numpy.typing import NDArray
 
 import lbskel
-from benchmarks.harness import markdown_table, save_json, save_markdown
+from benchmarks.harness import markdown_table, run_in_subprocess, save_json, save_markdown
 from benchmarks.neurons import PART_TIPS, QUICK_TIPS, hemibrain_neurons, remeshed, tube_row, tubes_around
 from benchmarks.thin_tools import Answer
 from benchmarks.vessels import TREES
 from benchmarks.voxels import voxel_body
+from lbskel.pipeline.memory import PER_MILLION_FACES, megabytes_needed
 from lbskel.preprocess import proxy, simplify
 from lbskel.shapes import Shape, vessel_tree
 
@@ -39,10 +43,13 @@ def run(quick: bool, results: Path) -> None:
     tracings = [tracing for _, _, tracing in hemibrain_neurons(1 if quick else 5)]
     tubes = [remeshed(tubes_around(tracing, QUICK_TIPS if quick else PART_TIPS)) for tracing in tracings]
     bodies = [voxel_body(shape, VOXEL) for shape in tubes]
+    largest = max((body.mesh for body in bodies), key=lambda mesh: len(mesh.faces))
+    large = [largest, lbskel.Mesh(*igl.upsample(largest.vertices, np.array(largest.faces), 1))]
     values: list[float | str] = [QUADRICS, *LENGTHS[-2:]] if quick else [QUADRICS, *LENGTHS]
     tables = {
         "Trees of vessels, means": [_row(trees, value) for value in values],
         "Voxels in tubes around tracings, means": [_row(bodies, value) for value in values],
+        "Memory of the largest of these": [_row_of_memory(mesh, how) for mesh in large for how in PER_MILLION_FACES],
     }
     save_json(results / "proxies.json", tables, packages=("navis",))
     save_markdown(results / "proxies.md", "Proxies", {title: markdown_table(rows) for title, rows in tables.items()})
@@ -69,6 +76,21 @@ def _row(shapes: list[Shape], value: float | str) -> dict[str, Any]:
 
 def _mean(values: list[float]) -> float | None:
     return float(np.mean(values)) if values else None
+
+
+def _row_of_memory(mesh: lbskel.Mesh, simplify: str) -> dict[str, Any]:
+    result = run_in_subprocess(_skeletonized, np.array(mesh.vertices), np.array(mesh.faces), simplify)
+    return {
+        "faces": len(mesh.faces),
+        "simplify": simplify,
+        "megabytes": result["peak_megabytes"],
+        "estimate": megabytes_needed(len(mesh.faces), simplify),
+        "seconds": result["seconds"],
+    }
+
+
+def _skeletonized(V: NDArray[np.float64], F: NDArray[np.int64], simplify: str) -> int:
+    return len(lbskel.skeletonize((V, F), simplify=simplify).nodes)
 
 
 def _answer(mesh: lbskel.Mesh) -> Answer:

@@ -10,8 +10,9 @@ from lbskel.errors import MemoryLimitError, UnknownChoice, choose, counted
 from lbskel.geometry.mesh import Mesh
 
 # Megabytes for each million faces, with a proxy and without, beside those of Python and its libraries. In
-# benchmarks/results/speed.md a shape of 5,000,000 faces takes 3,750 and 5,720 MB, of 1,400,000 faces 1,120 and 1,620.
-PER_MILLION_FACES = {"auto": 730.0, "none": 1130.0}
+# benchmarks/results/proxies.md a thin shape of 489,000 faces takes 692 and 824 MB, of 1,957,000 faces 2,231 and 2,752.
+# Thick ones take less, of 5,000,000 faces 3,750 and 5,720 in benchmarks/results/speed.md.
+PER_MILLION_FACES = {"auto": 1200.0, "none": 1460.0}
 LIBRARIES = 110.0  # megabytes of the process of a small mesh, in the same table
 MEMORY_INFO = Path("/proc/meminfo")  # Linux's account of the memory
 

@@ -9,17 +9,24 @@ from lbskel.shapes import torus
 
 
 @pytest.mark.parametrize(
-    ("n_faces", "simplify", "measured"),
-    [(1_400_000, "auto", 1120), (5_000_000, "auto", 3750), (1_400_000, "none", 1620), (5_000_000, "none", 5720)],
+    ("n_faces", "simplify", "measured", "margin"),
+    [
+        (489_312, "auto", 692, 0.05),
+        (489_312, "none", 824, 0.05),
+        (1_957_248, "auto", 2231, 0.15),
+        (1_957_248, "none", 2752, 0.15),
+        (5_000_000, "auto", 3750, 0.7),
+        (5_000_000, "none", 5720, 0.7),
+    ],
 )
-def test_the_estimate_is_what_was_measured(n_faces, simplify, measured):
-    """In benchmarks/results/speed.md."""
-    assert megabytes_needed(n_faces, simplify) == pytest.approx(measured, rel=0.05)
+def test_the_estimate_is_what_was_measured_or_more(n_faces, simplify, measured, margin):
+    """In benchmarks/results/proxies.md of thin shapes, and in speed.md of a thick one, which takes less."""
+    assert 0.98 * measured <= megabytes_needed(n_faces, simplify) <= (1 + margin) * measured
 
 
 def test_a_mesh_over_the_limit_is_refused_before_it_is_prepared(monkeypatch):
     monkeypatch.setattr("lbskel.pipeline.stages.prepare", None)
-    with pytest.raises(MemoryLimitError, match=r"about 112 MB of memory, and the limit is 50: simplify it first"):
+    with pytest.raises(MemoryLimitError, match=r"about 113 MB of memory, and the limit is 50: simplify it first"):
         skeletonize(torus(1.0, 0.3), memory_limit=50)
     monkeypatch.setattr(memory, "free_megabytes", lambda: 20.0)
     with pytest.raises(MemoryLimitError, match="the limit is 20"):
