@@ -72,7 +72,7 @@ def simplify_to_proxy(mesh: Mesh, *, deadline: Deadline = NEVER) -> PreprocessRe
     return simplify(mesh, target_faces=n_faces)
 
 
-def _faces_left(mesh: Mesh, deadline: Deadline) -> int:
+def _faces_left(mesh: Mesh, deadline: Deadline) -> float:
     """Estimate the number of faces that are left when the short edges of a fine mesh have collapsed.
 
     They are as many as equilateral triangles whose edges are sqrt(2) times as long as the longest that collapse.
@@ -80,7 +80,7 @@ def _faces_left(mesh: Mesh, deadline: Deadline) -> int:
     has_area = mesh.face_areas > 0
     radii = local_radii(mesh, deadline=deadline)[mesh.faces[has_area]].mean(axis=1)
     area_of_face = math.sqrt(3) / 2 * (SHORT_EDGE * radii) ** 2
-    return round(float((mesh.face_areas[has_area] / area_of_face).sum()))
+    return float(np.rint((mesh.face_areas[has_area] / area_of_face).sum()))
 
 
 @preprocess_step
