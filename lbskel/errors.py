@@ -144,7 +144,7 @@ class MemoryLimitError(LbskelError, MemoryError):
     ...     lbskel.skeletonize(torus(1.0, 0.2), memory_limit=1)
     ... except lbskel.MemoryLimitError as error:
     ...     print(str(error).split(":")[0])
-    a mesh of 2,304 faces takes about 112 MB of memory, and the limit is 1
+    a mesh of 2,304 faces takes about 113 MB of memory, and the limit is 1
     """
 
 
