@@ -10,10 +10,10 @@ from lbskel.errors import MemoryLimitError, UnknownChoice, choose, counted
 from lbskel.geometry.mesh import Mesh
 
 # Megabytes for each million faces, with a proxy and without, beside those of Python and its libraries. In
-# benchmarks/results/proxies.md a thin shape of 489,000 faces takes 692 and 824 MB, of 1,957,000 faces 2,231 and 2,752.
-# Thick ones take less, of 5,000,000 faces 3,750 and 5,720 in benchmarks/results/speed.md.
-PER_MILLION_FACES = {"auto": 1200.0, "none": 1460.0}
-LIBRARIES = 110.0  # megabytes of the process of a small mesh, in the same table
+# benchmarks/results/proxies.md a thin shape of 489,000 faces takes 604 and 737 MB, of 1,957,000 faces 2,120 and 2,660.
+# Thick ones take less, of 5,000,000 faces 3,750 and 5,720 with the libraries, in benchmarks/results/speed.md.
+PER_MILLION_FACES = {"auto": 1240.0, "none": 1510.0}
+LIBRARIES = 110.0  # megabytes of the process of a small mesh, in speed.md
 MEMORY_INFO = Path("/proc/meminfo")  # Linux's account of the memory
 
 

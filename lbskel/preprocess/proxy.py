@@ -28,7 +28,7 @@ MAX_FACES = 16_000  # faces contracted without a proxy, and of the proxy of a sh
 # benchmarks/results/resolution.md
 # Length up to which edges collapse, in local radii; about 18 faces are left for each squared radius. In
 # benchmarks/results/proxies.md 0.2 to 0.45 find 0.98 to 1.00 of the tips of fine voxels, 0.75 finds 0.93, and quadric
-# errors find 0.97 with as many faces as 0.25 leaves; 0.25 takes as long as 0.45, and 0.2 a fifth longer
+# errors find 0.97 with as many faces as 0.25 leaves; 0.25 takes a seventh longer than 0.45, and 0.2 a fifth more
 SHORT_EDGE = 0.25
 MAX_SLENDER_FACES = 128_000  # upper bound on the faces of shapes with many thin parts; a guess that bounds the time
 # Faces of such a shape for each face of its proxy, above which that bound is raised: upper bound on how coarse a
