@@ -256,4 +256,4 @@ def _joined(skeleton: Skeleton, parts: Sequence[Skeleton], prepared: PreparedMes
     is_joinable[skeleton.component_of_node[cKDTree(skeleton.nodes).query(first)[1]]] = is_piece
     unit = replace(skeleton, nodes=prepared.frame.to_unit(skeleton.nodes))
     cuts = np.concatenate([body.open_ends for body in prepared.bodies])
-    return join_pieces(skeleton, is_joinable, normals_of_cuts(unit, cuts))
+    return join_pieces(skeleton, is_joinable, normals_of_cuts(unit, cuts) * prepared.frame.mirror)

@@ -816,6 +816,16 @@ def test_open_tubes_that_do_not_continue_each_other_stay_apart(other):
     assert (skeleton.n_components, skeleton.report["pieces_joined"]) == (2, 0)
 
 
+@pytest.mark.parametrize("signs", [(1, 1, 1), (-1, 1, 1), (1, -1, 1), (-1, -1, 1)])
+def test_pieces_are_joined_alike_in_every_mirror_image(signs):
+    """The unit frame may be a mirror image of the mesh, and the cuts were found in it."""
+    x = np.linspace(0, 40, 121)
+    whole = tube(np.stack([x, 3 * np.sin(x / 6), 0 * x], axis=1), 1.0, sides=12, rounded=True)
+    faces = whole.faces[np.abs(whole.vertices[whole.faces].mean(axis=1)[:, 0] - 20) > 0.5]
+    skeleton = skeletonize((whole.vertices * signs, faces[:, :: int(np.prod(signs))]))
+    assert (skeleton.n_components, len(skeleton.tips)) == (1, 2)
+
+
 def test_closed_bodies_in_line_stay_apart_unless_all_are_joined(rod):
     pair = joined(rod, rod.with_vertices(rod.vertices + [0, 0, 4.6]))
     assert skeletonize(pair).n_components == 2
