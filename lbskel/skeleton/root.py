@@ -1,6 +1,7 @@
 """The node at which a tree begins: the soma of a neuron where there is one, else the thickest tip.
 
-The thickest tip is the inlet of a vessel tree, the trunk of a plant, the cut end of a neuron without its soma.
+The thickest tip is the inlet of a vessel tree, the trunk of a plant, the cut end of a neuron without its soma; its
+thickness is that of the branch near it.
 """
 
 from __future__ import annotations
@@ -21,6 +22,9 @@ from lbskel.skeleton.skeleton import Skeleton
 # Distance from the center of the soma, in its radii, at which the radius of a branch is taken; nearer, branches widen.
 # At 2 the ratio below is 2.5 for the soma of a neuron, by inscribed radii; at 3 an elephant and a koala have a soma.
 EXIT_DISTANCE = 2.5
+# Radii of a node within which it counts as near a tip. At the center of a flat end a tip has a radius of zero, and the
+# largest ball of the tube is one radius away, or 1.4 where the end is oblique by 45 degrees
+TIP_REACH = 2.0
 # Smallest radius of a soma, in radii of the thickest branch that leaves it, by the kind of radius: tubes widen farther
 # from the soma. Measured on the five hemibrain neurons that navis 1.12 ships, at the four somata and at the thickest
 # node of the neuron without one: inscribed radii 6.7 to 15.7, and 2.2; mean radii 3.4 to 8.5, and 2.5; the radii of
@@ -47,7 +51,7 @@ def reroot_by_thickness(skeleton: Skeleton, radius_kind: str = "inscribed") -> S
     root = find_soma(measured)
     if root is None:
         roots = find_roots(measured)
-        root = int(roots[np.argmax(_known_radii(measured)[roots] * (measured.degrees[roots] == 1))])
+        root = int(roots[np.argmax(_tip_radii(measured)[roots])])
     return reroot(skeleton, root)
 
 
@@ -62,15 +66,15 @@ def with_mean_radii(skeleton: Skeleton) -> Skeleton:
 
 
 def find_roots(skeleton: Skeleton) -> NDArray[np.int64]:
-    """(c,) for each component its thickest tip, or its first node where it has no tip.
+    """(c,) for each component its thickest tip by the branch near it, or its first node where it has no tip.
 
     Parameters
     ----------
     skeleton : Skeleton
     """
     is_tip = skeleton.degrees == 1
-    radius = np.where(is_tip, _known_radii(skeleton), -1.0)
-    order = np.lexsort((-radius, ~is_tip, skeleton.component_of_node))
+    own = np.where(is_tip, _known_radii(skeleton), 0.0)  # decides where both tips of a branch are near its thickest node
+    order = np.lexsort((-own, -_tip_radii(skeleton), ~is_tip, skeleton.component_of_node))
     return order[np.unique(skeleton.component_of_node[order], return_index=True)[1]]
 
 
@@ -112,6 +116,22 @@ def is_in_soma(skeleton: Skeleton, node: int) -> bool:
     if soma is None:
         return False
     return bool(np.linalg.norm(skeleton.nodes[node] - skeleton.nodes[soma]) <= skeleton.radii[soma])
+
+
+def _tip_radii(skeleton: Skeleton) -> NDArray[np.float64]:
+    """(k,) the largest radius near each tip on its branch, outside of the ball of the junction; 0 for other nodes."""
+    nodes, radii, degrees = skeleton.nodes, _known_radii(skeleton), skeleton.degrees
+    thickness = np.zeros(len(nodes))
+    for branch in skeleton.branches:
+        for path in (branch, branch[::-1]):
+            tip, end = path[0], path[-1]
+            if degrees[tip] == 1:
+                is_near = vector_lengths(nodes[path] - nodes[tip]) <= TIP_REACH * radii[path]
+                if degrees[end] >= 3:
+                    is_near &= vector_lengths(nodes[path] - nodes[end]) >= radii[end]
+                    is_near[-1] = False
+                thickness[tip] = max(radii[tip], radii[path[is_near]].max(initial=0.0))
+    return thickness
 
 
 def _known_radii(skeleton: Skeleton) -> NDArray[np.float64]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lbskel import Skeleton, skeletonize
-from lbskel.shapes import mesh_solid, solid_of, tube
+from lbskel.shapes import mesh_solid, solid_of, tube, vessel_tree
 from lbskel.skeleton.root import find_roots, find_soma, is_in_soma, reroot_by_thickness, with_mean_radii
 
 
@@ -138,7 +138,19 @@ def test_the_root_is_chosen_after_branches_are_pruned():
     assert (pruned.nodes[0, 0] > 15, pruned.degrees[0], len(pruned.tips)) == (True, 1, 2)
 
 
-def test_a_skeleton_without_a_soma_begins_at_its_thickest_tip(tripod):
-    skeleton = skeletonize(tripod)
-    assert find_soma(skeleton) is None
-    assert skeleton.tips[np.argmax(skeleton.radii[skeleton.tips])] == 0
+@pytest.mark.parametrize("position", ["inside", "surface"])
+def test_a_skeleton_without_a_soma_begins_at_its_thickest_tip(position):
+    """The inlet of a vessel at the origin; at the center of its cut, a tip at the surface has a radius of zero."""
+    for seed in (5, 6):
+        skeleton = skeletonize(vessel_tree(4, seed=seed).mesh, tip_position=position)
+        assert find_soma(skeleton) is None
+        assert np.linalg.norm(skeleton.nodes[0]) <= 1.1  # radius 1
+
+
+def test_a_twig_is_no_thicker_than_it_is_outside_of_the_trunk():
+    """The trunk along x has radius 1 at a junction; a twig has 0.4 where it leaves the ball there."""
+    nodes = [[x, 0, 0] for x in range(7)] + [[3, 0.5, 0], [3, 1.1, 0], [3, 1.5, 0]]
+    edges = [[0, 1], [1, 2], [2, 3], [3, 4], [4, 5], [5, 6], [3, 7], [7, 8], [8, 9]]
+    radii = [0.6, 0.6, 0.6, 1, 0.5, 0.5, 0.5, 0.7, 0.4, 0.2]
+    assert find_roots(Skeleton(nodes, edges, radii)).tolist() == [0]
+    assert find_roots(Skeleton(nodes, edges, [0.3, 0.3, 0.3, 1, 0.3, 0.3, 0.3, *radii[7:]])).tolist() == [9]
