@@ -50,7 +50,7 @@ MAX_LENGTH = 3000.0  # of a part, in its radii: thinner neurites than those of n
 # Swept: lower bounds on the bulge of a limb without a branch, where a hemisphere has 1
 BULGES = (0.55, 0.6, 0.62, 0.65, 0.7, 0.85)
 # Swept: faces that refinement of coarse meshes aims at, area of the cells in which ends are found
-FACES = (17_000, 18_000, 19_000, 20_000, 22_000, 23_000, 24_000, 26_000, 28_000, 32_000, 40_000, 80_000)
+FACES = (17_000, 18_000, 18_500, 19_000, 20_000, 22_000, 23_000, 24_000, 26_000, 28_000, 32_000, 40_000, 80_000)
 CELL_AREAS = (4.0, 8.0, 12.0, 16.0, 24.0, 32.0, 64.0)
 VOXEL = 0.5  # in median radii
 EDGE_LENGTH, NOISE, KEPT = 0.6, 0.1, 0.5  # of tubes: edges in radii, noise in edges, share of faces after remeshing

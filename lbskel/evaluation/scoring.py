@@ -22,7 +22,7 @@ from lbskel.evaluation.handles import count_handles
 from lbskel.evaluation.measures import Score
 from lbskel.evaluation.medial_points import medial_distances
 from lbskel.evaluation.skeleton_shape import mean_and_worst_branch, n_spurs, negative_fraction, rms_curvature
-from lbskel.geometry.components import find_crumbs
+from lbskel.geometry.components import find_crumbs, set_local_radii_of_components
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.shape_diameter import local_radii
@@ -80,6 +80,7 @@ def score_on(
     node = skeleton.node_of_vertex
     distances = vector_lengths(unit.vertices - skeleton.nodes[node])
     areas = unit.vertex_areas
+    set_local_radii_of_components(surface.proxy.mesh, deadline=surface.deadline)
     extrema = find_extrema(surface.proxy.mesh, deadline=surface.deadline)
     # the ball of a node outside a closed surface would be the larger, the farther the node is
     is_ball = surface.contains(skeleton.nodes) if unit.is_closed else np.ones(len(skeleton.nodes), dtype=bool)

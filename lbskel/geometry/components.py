@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
-__all__ = ["MIN_FACES", "Component", "components", "find_crumbs", "find_inner", "find_twigs"]
+__all__ = [
+    "MIN_FACES",
+    "Component",
+    "components",
+    "find_crumbs",
+    "find_inner",
+    "find_twigs",
+    "set_local_radii_of_components",
+]
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import normalized, triangle_normals, vector_lengths
-from lbskel.geometry.shape_diameter import RAY_OFFSET
+from lbskel.geometry.shape_diameter import RAY_OFFSET, local_radii, set_local_radii
 from lbskel.geometry.sorting import stable_order
 from lbskel.geometry.surface_queries import Surface
 
@@ -144,6 +154,27 @@ def components(mesh: Mesh) -> Sequence[Component]:
         return (Component(mesh, mesh.used_vertices),)
     found: Sequence[Component] = Surface(mesh).memoize("components", lambda: _split(mesh))
     return found
+
+
+def set_local_radii_of_components(mesh: Mesh, *, deadline: Deadline = NEVER) -> None:
+    """Let :func:`local_radii` return those that each component has by itself; crumbs share theirs.
+
+    Rays through one component may end at another, which its skeleton does not see.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    deadline : Deadline
+        After it, OutOfTime is raised.
+    """
+    if mesh.n_components == 1:
+        return
+    is_crumb = find_crumbs(mesh)
+    crumbs = mesh.faces[is_crumb[mesh.component_of_vertex[mesh.faces[:, 0]]]]
+    radii = np.array(local_radii(Mesh(mesh.vertices, crumbs))) if len(crumbs) else np.zeros(len(mesh.vertices))
+    for part in compress(components(mesh), ~is_crumb):
+        radii[part.vertices] = local_radii(part.mesh, deadline=deadline)
+    set_local_radii(mesh, radii)
 
 
 def _split(mesh: Mesh) -> tuple[Component, ...]:

@@ -50,7 +50,7 @@ MAX_COORDINATE = 1e75
 # measured accuracy, and 0.8 makes fewer faces; that comparison is not in a committed table.
 COARSE_EDGE = 0.8
 
-# Fraction of coarse faces above which a mesh of up to 19,000 faces is refined. Meshes with fewer were measured not to
+# Fraction of coarse faces above which a mesh of up to 18,500 faces is refined. Meshes with fewer were measured not to
 # gain; that measurement is not in a committed table.
 MAX_COARSE_FRACTION = 0.1
 

@@ -18,7 +18,7 @@ from lbskel.preprocess.result import PreprocessResult, identity_result, preproce
 # Number of faces that refinement aims at where the limit on edges would take more; it bounds the time. "Faces that the
 # refinement of coarse meshes aims at" in benchmarks/results/neurons.md: with 22,000 neurons take a sixth longer, and
 # 0.477 of their tips are found in place of 0.465; with 18,000, 0.457 are
-MAX_FACES = 19_000
+MAX_FACES = 18_500
 
 # The same for a mesh of more faces, as a multiple of these. Rows in benchmarks/results/coarse.md: with 1, which refines
 # none of them, four of 13 parts are wrong, with 1.15 and 1.3 one is, and 1.5 to 3 are alike
@@ -35,7 +35,7 @@ FACTOR_STEP = 1.1  # by which the limit is raised until there are few enough fac
 def refine(mesh: Mesh, *, max_edge_length: float = 0.5) -> PreprocessResult:
     """Split edges that are long relative to the local thickness, until none is or there are many faces.
 
-    These are about 19,000, or twice as many as before for a mesh of more. Where the limit would take more faces, it
+    These are about 18,500, or twice as many as before for a mesh of more. Where the limit would take more faces, it
     is raised by one factor everywhere, so that thick and thin parts stay equally fine, and faces are divided by their
     shorter diagonals, which need fewer faces for the same edges.
 

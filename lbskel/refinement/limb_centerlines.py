@@ -22,7 +22,7 @@ from lbskel.geometry.graphs import positive_edge_lengths, weighted_graph
 from lbskel.geometry.level_segments import level_segments
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import vector_lengths
-from lbskel.geometry.sorting import first_in_groups
+from lbskel.geometry.sorting import distinct, first_in_groups
 from lbskel.refinement.uncovered_limbs import Limbs
 
 # Distance of the rings, in radii of the limb: about that of the nodes of the skeleton. Rows "distance of rings" in
@@ -93,7 +93,7 @@ def _distances_from_ends(
     limb, lengths = limbs.limb_of_vertex, positive_edge_lengths(mesh)
     i, j = mesh.edges.T
     is_inner = (limb[i] == limb[j]) & (limb[i] >= 0)
-    rim = np.unique(mesh.edges[~is_inner])
+    rim = distinct(mesh.edges[~is_inner].ravel())
     within = weighted_graph(mesh.edges[is_inner], lengths[is_inner], len(limb))
     depths = dijkstra(within, directed=False, indices=rim[limb[rim] >= 0], min_only=True)
     inner = np.flatnonzero(limb >= 0)

@@ -130,9 +130,11 @@ def _means(skeleton: Skeleton, distances: NDArray[np.float64]) -> NDArray[np.flo
     i, j = np.concatenate([skeleton.edges, skeleton.edges[:, ::-1]]).T
     while len(i := i[is_open := ~is_known[i]]):
         j = j[is_open]
-        nodes, row = np.unique(i[is_known[j]], return_inverse=True)
-        if len(nodes) == 0:
+        is_next = is_known[j]
+        if not is_next.any():
             break
-        radii[nodes] = np.bincount(row, radii[j[is_known[j]]]) / np.bincount(row)
+        count, total = (np.bincount(i[is_next], each, len(radii)) for each in (None, radii[j[is_next]]))
+        nodes = np.flatnonzero(count)
+        radii[nodes] = total[nodes] / count[nodes]
         is_known[nodes] = True
     return radii

@@ -69,7 +69,8 @@ def _with_centered_ends(
     nodes, first, last = np.array(skeleton.nodes), [end[0] for end in ends], [end[-1] for end in ends]
     offset, length = (vector_lengths(nodes[last] - other) for other in (section.centroids, nodes[first]))
     is_own = section.surrounds & (offset <= section.radii)
-    is_own &= (offset <= length) & surface.contains(section.centroids)
+    is_own &= offset <= length
+    is_own[is_own] = surface.contains(section.centroids[is_own])
     nodes[np.array(last)[is_own]] = section.centroids[is_own]
     return replace(skeleton, nodes=nodes)
 
@@ -143,7 +144,7 @@ def trace_centerline(
         forward = P[active] + step[:, None] * T[active]
         section = cross_sections(surface.mesh, forward, T[active], deadline=surface.deadline)
         is_own = section.surrounds & (vector_lengths(section.centroids - forward) <= step)
-        is_own &= surface.contains(section.centroids)
+        is_own[is_own] = surface.contains(section.centroids[is_own])
         active, moved = active[is_own], section.centroids[is_own]
         radii[active] = _hydraulic_radii(section)[is_own]
         T[active] = (moved - P[active]) / vector_lengths(moved - P[active])[:, None]

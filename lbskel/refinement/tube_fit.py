@@ -150,7 +150,9 @@ def _are_on_flat_caps(
     at = node[is_beyond]
     distances = np.bincount(at, vector_lengths(offsets[is_beyond]), k) / np.maximum(np.bincount(at, minlength=k), 1)
     is_flat = np.zeros(k, dtype=bool)
-    for way in (way for branch in skeleton.branches for way in (branch, branch[::-1]) if len(branch) > 2):
+    for way in (way for branch in skeleton.branches for way in (branch, branch[::-1])):
+        if len(way) <= 2 or distances[way[-1]] == 0:
+            continue
         is_flat[way[-1]] = distances[way[-1]] > MIN_CAP_RATIO * np.median(radii[way[1:-1][-N_BEFORE:]])
     return np.asarray(is_beyond & is_flat[node])
 

@@ -73,7 +73,7 @@ def find_roots(skeleton: Skeleton) -> NDArray[np.int64]:
     skeleton : Skeleton
     """
     is_tip = skeleton.degrees == 1
-    own = np.where(is_tip, _known_radii(skeleton), 0.0)  # decides where both tips of a branch are near its thickest node
+    own = np.where(is_tip, _known_radii(skeleton), 0.0)  # decides where the thickest node is near both tips of a branch
     order = np.lexsort((-own, -_tip_radii(skeleton), ~is_tip, skeleton.component_of_node))
     return order[np.unique(skeleton.component_of_node[order], return_index=True)[1]]
 

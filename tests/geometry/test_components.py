@@ -7,7 +7,14 @@ import pytest
 from helpers import joined, moved
 
 from lbskel import Mesh
-from lbskel.geometry.components import components, find_crumbs, find_inner, find_twigs
+from lbskel.geometry.components import (
+    components,
+    find_crumbs,
+    find_inner,
+    find_twigs,
+    set_local_radii_of_components,
+)
+from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.surface_queries import Surface
 from lbskel.shapes import capsule, sphere
 
@@ -112,3 +119,18 @@ def test_a_twig_of_a_large_shape_is_no_crumb():
     thin = twig.with_vertices(twig.vertices * [0.2, 0.2, 0.2] + [0, 0, 153])
     assert find_crumbs(both).tolist() == [False, twig.area > 0.02 * large.area]
     assert find_crumbs(joined(large, thin)).tolist() == [False, True]
+
+
+def test_local_radii_of_components_do_not_see_the_others(tetrahedron):
+    """A ball within another one halves the thickness of that; a crumb has radii, too."""
+    outer = sphere(4)
+    inner = Mesh(outer.vertices * 0.5, outer.faces)
+    whole = joined(outer, inner, moved(Mesh(0.02 * tetrahedron.vertices, tetrahedron.faces), 4))
+    n = len(outer.vertices)
+    apart = Mesh(whole.vertices, whole.faces)
+    set_local_radii_of_components(apart)
+    assert find_crumbs(apart).tolist() == [False, False, True]
+    assert local_radii(whole)[:n].max() < 0.3
+    assert local_radii(apart)[:n].tolist() == local_radii(outer).tolist()
+    assert local_radii(apart)[n : 2 * n].tolist() == local_radii(inner).tolist()
+    assert (local_radii(apart)[2 * n :] > 0).all()
