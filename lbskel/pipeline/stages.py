@@ -42,7 +42,7 @@ from lbskel.refinement.anchors import nearest_node, resolve_root
 from lbskel.refinement.open_ends import normals_of_cuts
 from lbskel.skeleton.editing import reroot
 from lbskel.skeleton.joining import join_components, join_pieces
-from lbskel.skeleton.pruning import MIN_BRANCH_RATIO, prune
+from lbskel.skeleton.pruning import MIN_BRANCH_RATIO, prune, without_stubs
 from lbskel.skeleton.resampling import require_number_of_nodes, resample
 from lbskel.skeleton.root import reroot_by_thickness, with_mean_radii
 from lbskel.skeleton.short_loops import open_short_loops
@@ -256,4 +256,5 @@ def _joined(skeleton: Skeleton, parts: Sequence[Skeleton], prepared: PreparedMes
     is_joinable[skeleton.component_of_node[cKDTree(skeleton.nodes).query(first)[1]]] = is_piece
     unit = replace(skeleton, nodes=prepared.frame.to_unit(skeleton.nodes))
     cuts = np.concatenate([body.open_ends for body in prepared.bodies])
-    return join_pieces(skeleton, is_joinable, normals_of_cuts(unit, cuts) * prepared.frame.mirror)
+    outwards = normals_of_cuts(unit, cuts) * prepared.frame.mirror
+    return without_stubs(skeleton, join_pieces(skeleton, is_joinable, outwards))

@@ -15,6 +15,7 @@ __all__ = [
     "inner_branch_lengths",
     "merge_junctions",
     "prune",
+    "without_stubs",
 ]
 
 from typing import Any
@@ -26,7 +27,7 @@ from lbskel.errors import MeshError, UnknownChoice, is_number
 from lbskel.geometry.components import find_crumbs
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.normals import vector_lengths
-from lbskel.geometry.sorting import group_medians, stable_float_order
+from lbskel.geometry.sorting import group_medians, is_among, stable_float_order
 from lbskel.skeleton.editing import contract_branches, contract_nodes
 from lbskel.skeleton.joining import with_present_joining_edges
 from lbskel.skeleton.skeleton import Skeleton
@@ -129,6 +130,28 @@ def _pruned(skeleton: Skeleton, mesh: Mesh, min_branch_ratio: float) -> Skeleton
         if len(short) == 0:
             return skeleton
         skeleton = contract_branches(skeleton, [ends[end] for end in short.tolist()])
+
+
+def without_stubs(before: Skeleton, joined: Skeleton) -> Skeleton:
+    """Contract what is left of a branch beyond a joining edge that leaves it next to its tip.
+
+    That is at most MIN_BRANCH_RATIO radii long; a branch with an anchor stays.
+
+    Parameters
+    ----------
+    before : Skeleton
+    joined : Skeleton
+        With the same nodes, and additional edges between the components.
+    """
+    piece, shortest = before.component_of_node, dict[int, tuple[float, NDArray[np.int64]]]()
+    for end in joined.end_branches:
+        junction = int(end[0])
+        is_left = before.degrees[junction] == 2 and (piece[end] == piece[junction]).all()
+        if is_left and not is_among(end[1:], joined.anchors).any():
+            reach = float(vector_lengths(joined.nodes[end] - joined.nodes[junction]).max())
+            if reach <= MIN_BRANCH_RATIO * joined.radii[junction] and reach < shortest.get(junction, (np.inf,))[0]:
+                shortest[junction] = reach, end
+    return contract_branches(joined, [end for _, end in shortest.values()])
 
 
 def merge_junctions(skeleton: Skeleton, *, ratio: float = 1.0) -> Skeleton:

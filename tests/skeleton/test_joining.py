@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from helpers import joined, moved
+from helpers import joined, moved, without_faces
 from scipy.spatial.distance import cdist
 
 from lbskel import (
@@ -19,7 +19,7 @@ from lbskel import (
     simplify_branches,
     skeletonize,
 )
-from lbskel.shapes import cylinder, torus
+from lbskel.shapes import cylinder, torus, vessel_tree
 from lbskel.skeleton.joining import join_pieces, joining_by_report, without_joining_edges
 
 
@@ -249,3 +249,13 @@ def test_blocks_that_touch_at_a_cut_are_joined_there(overlap):
     upper = Mesh(whole.vertices - [0.01, 0, overlap], whole.faces[~low])
     skeleton = skeletonize(joined(Mesh(whole.vertices, whole.faces[low]), upper))
     assert (skeleton.n_components, len(skeleton.tips)) == (1, 2)
+
+
+def test_pieces_of_a_tree_that_oblique_planes_cut_have_no_more_tips_than_the_tree():
+    """Two gaps across a tree of vessels: the shortest edge leaves one branch two nodes before its tip."""
+    tree = vessel_tree(5, seed=8)
+    heights = tree.mesh.vertices[tree.mesh.faces].mean(axis=1)[:, 2]
+    gap = 0.005 * np.ptp(tree.mesh.vertices, axis=0).max()
+    cut = without_faces(tree.mesh, np.flatnonzero(np.abs(heights - np.median(heights)) <= gap))
+    skeleton = skeletonize(cut)
+    assert (skeleton.n_components, len(skeleton.tips)) == (1, len(tree.truth.tips))

@@ -8,7 +8,7 @@ from helpers import fan, joined, star_skeleton, theta_skeleton
 
 from lbskel import Mesh, MeshError, Skeleton, UnknownChoice, merge_junctions, prune, skeletonize
 from lbskel.shapes import capsule, make
-from lbskel.skeleton.pruning import farthest_vertices
+from lbskel.skeleton.pruning import farthest_vertices, without_stubs
 
 
 def test_a_short_branch_is_removed_and_long_ones_are_kept():
@@ -181,3 +181,24 @@ def test_a_limb_is_as_thick_as_its_radii_that_are_known():
         nodes, [(0, 1), *starts, *((k, k + 4) for k in range(2, 10))], [1] * 2 + [np.nan] * 8 + [0.05] * 4
     )
     assert merge_junctions(skeleton) is skeleton
+
+
+def test_no_stub_is_left_beside_a_joining_edge():
+    """A branch along x is left 1.2 radii before its tip, and another, which is joined at its own tip, is as short."""
+    nodes = np.array([[x, 0, 0] for x in (0, 2, 4, 5.2)] + [[4, 3, 0], [4, 4.2, 0]], dtype=float)
+    before = Skeleton(nodes, [[0, 1], [1, 2], [2, 3], [4, 5]], np.ones(6), np.arange(6))
+    joined = replace(before, edges=np.concatenate([before.edges, [[2, 4]]]))
+    after = without_stubs(before, joined)
+    assert after.nodes.tolist() == nodes[[0, 1, 2, 4, 5]].tolist()
+    assert after.node_of_vertex.tolist() == [0, 1, 2, 2, 3, 4]
+    assert (
+        without_stubs(replace(before, radii=np.full(6, 0.79)), replace(joined, radii=np.full(6, 0.79))).tips.size == 3
+    )
+    assert without_stubs(before, replace(joined, anchors=np.array([3]))).tips.size == 3
+
+
+def test_a_short_piece_that_is_joined_stays():
+    nodes = np.array([[x, 0, 0] for x in range(5)] + [[2, 1, 0], [2, 1.4, 0]], dtype=float)
+    before = Skeleton(nodes, [[0, 1], [1, 2], [2, 3], [3, 4], [5, 6]], np.ones(7))
+    joined = replace(before, edges=np.concatenate([before.edges, [[2, 5]]]))
+    assert without_stubs(before, joined).edges.tolist() == joined.edges.tolist()
