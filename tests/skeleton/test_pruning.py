@@ -202,3 +202,10 @@ def test_a_short_piece_that_is_joined_stays():
     before = Skeleton(nodes, [[0, 1], [1, 2], [2, 3], [3, 4], [5, 6]], np.ones(7))
     joined = replace(before, edges=np.concatenate([before.edges, [[2, 5]]]))
     assert without_stubs(before, joined).edges.tolist() == joined.edges.tolist()
+
+
+def test_short_branches_of_a_junction_stay_when_it_is_joined():
+    nodes = np.array([[x, 0, 0] for x in range(5)] + [[2, 1.2, 0], [2, -4, 0], [2, -9, 0]], dtype=float)
+    before = Skeleton(nodes, [[0, 1], [1, 2], [2, 3], [3, 4], [2, 5], [6, 7]], np.ones(8))
+    joined = replace(before, edges=np.concatenate([before.edges, [[2, 6]]]))
+    assert without_stubs(before, joined).edges.tolist() == joined.edges.tolist()
