@@ -2,7 +2,8 @@
 
 The true error of a skeleton is the larger one of the 95th percentiles of its accuracy and its coverage, in true local
 radii. Limbs are cut off the true axes, one at a time, to see which of them the medial points tell. Branches are moved
-aside, one at a time, to see which of them their cross-sections tell.
+aside, one at a time, to see which of them their cross-sections tell; neurons that navis ships, numbered in several
+orders, tell how many skeletons without such a branch the same cross-sections fail.
 """
 
 from __future__ import annotations
@@ -20,9 +21,10 @@ from numpy.typing import NDArray
 
 import lbskel
 from benchmarks.harness import markdown_table, save_json, save_markdown
+from benchmarks.neurons import hemibrain_neurons
 from benchmarks.refinement import HELD_OUT, TUNED
 from benchmarks.thin_tools import OURS, TOOLS, Answer, ask
-from lbskel.evaluation import medial_points
+from lbskel.evaluation import medial_points, skeleton_shape
 from lbskel.evaluation.measures import MEASURES
 from lbskel.evaluation.scoring import centeredness_errors
 from lbskel.shapes import SHAPES, VARIANTS, Shape, make
@@ -40,7 +42,8 @@ FAMILIES = {
 ACCURACIES, COVERAGES = (0.15, 0.2, 0.25, 0.3), (0.25, 0.3, 0.35, 0.4, 0.5)  # bounds up to which they pass
 UNCOVERED, FLUXES = (0.75, 1.0, 1.5), (0.4, 0.5, 1.0)  # bounds on uncovered parts
 LENGTHS = (2.0, 4.0, 6.0, 10.0)  # by which limbs stand out, in radii of the limb
-KNOWN = (1, 3, 5, 6, 8, 10)  # lower bounds on the cross-sections of a branch
+KNOWN, KNOWN_SHARES = (1, 4, 6), (0.0, 0.4, 0.5, 0.6)  # lower bounds on the cross-sections of a branch that are known
+ORDERS = 5  # in which vertices and faces of neurons are numbered
 ASIDE = (0.0, 0.3, 0.6)  # by which branches are moved aside, in inscribed radii
 QUICK = (("catalog clean", "tripod"), ("hard tuned", "tee"))
 
@@ -56,11 +59,12 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
     thresholds = [_thresholds(scored, *bounds) for bounds in product(ACCURACIES, COVERAGES)]
     ends = [_ends(list(shapes.values()), *bounds) for bounds in product(UNCOVERED, FLUXES)]
     own = [(shapes[key].mesh, answer) for (key, tool), answer in answers.items() if tool in OURS]
-    aside = _aside([(mesh, answer.skeleton) for mesh, answer in own if isinstance(answer, Answer)])
+    solved = [(mesh, answer.skeleton) for mesh, answer in own if isinstance(answer, Answer)]
+    aside = _aside(solved, _renumbered_neurons(1 if quick else 5, 1 if quick else ORDERS))
     save_json(
         results / "judge.json",
         {"rows": rows, "verdicts": verdicts, "thresholds": thresholds, "ends": ends, "aside": aside},
-        packages=("skeletor", "PyGEL3D", "CGAL"),
+        packages=("navis", "skeletor", "PyGEL3D", "CGAL"),
     )
     save_markdown(
         results / "judge.md",
@@ -186,22 +190,42 @@ def _standing_out(rest: lbskel.Skeleton, skeleton: lbskel.Skeleton, branch: NDAr
     return float(end / np.median(skeleton.radii[branch[1:]]))
 
 
-def _aside(skeletons: list[tuple[lbskel.Mesh, lbskel.Skeleton]]) -> list[dict[str, Any]]:
-    """Move branches aside: which are told by the median of their cross-sections, of at least so many that are known."""
+def _aside(
+    skeletons: list[tuple[lbskel.Mesh, lbskel.Skeleton]], neurons: list[tuple[lbskel.Mesh, lbskel.Skeleton]]
+) -> list[dict[str, Any]]:
+    """Find the shares of branches moved aside that their known cross-sections tell, and the neurons that these fail."""
     errors = {distance: [each for pair in skeletons for each in _errors_aside(*pair, distance)] for distance in ASIDE}
+    of_neurons = [_errors(*pair) for pair in neurons]
     measure, rows = MEASURES["centeredness_error_worst_branch"], []
-    for n_known in KNOWN:
-        found: dict[str, Any] = {"sections known": n_known}
-        for distance, branches in errors.items():
-            verdicts = [measure.verdict(float(np.median(each)) if len(each) >= n_known else None) for each in branches]
-            for verdict in ("warn", "fail"):
-                found[f"by {distance:g} radii, {verdict}"] = verdicts.count(verdict) / len(branches)
-        rows.append(found)
+    for n_known, share in product(KNOWN, KNOWN_SHARES):
+        found: dict[str, Any] = {"known at least": n_known, "share at least": share}
+        with mock.patch.multiple(skeleton_shape, MIN_KNOWN=n_known, MIN_KNOWN_SHARE=share):
+            for distance, branches in errors.items():
+                verdicts = [measure.verdict(skeleton_shape.median_of_known(each)) for each in branches]
+                for verdict in ("warn", "fail"):
+                    found[f"by {distance:g} radii, {verdict}"] = verdicts.count(verdict) / len(branches)
+            fails = [
+                any(measure.verdict(skeleton_shape.median_of_known(each)) == "fail" for each in branches)
+                for branches in of_neurons
+            ]
+        rows.append(found | {"neurons that fail": f"{sum(fails)}/{len(fails)}"})
     return rows
 
 
+def _renumbered_neurons(n: int, n_orders: int) -> list[tuple[lbskel.Mesh, lbskel.Skeleton]]:
+    """Compute skeletons of the first n hemibrain neurons, their vertices and faces numbered in several orders."""
+    found = []
+    for seed, (_, mesh, _) in product(range(n_orders), list(hemibrain_neurons(n))):
+        rng = np.random.default_rng(seed)
+        order = rng.permutation(len(mesh.vertices))
+        faces = rng.permutation(np.argsort(order)[mesh.faces])
+        renumbered = lbskel.Mesh(mesh.vertices[order], faces)
+        found.append((renumbered, lbskel.skeletonize(renumbered)))
+    return found
+
+
 def _errors_aside(mesh: lbskel.Mesh, skeleton: lbskel.Skeleton, distance: float) -> list[NDArray[np.float64]]:
-    """List the known errors of each branch after its inner nodes are moved, across the line between its ends."""
+    """List the errors of each branch after its inner nodes are moved, across the line between its ends."""
     prepared, rng, found = lbskel.prepare(mesh), np.random.default_rng(0), []
     skeleton = prepared.skeleton_to_unit(skeleton)
     for branch in skeleton.branches:
@@ -210,6 +234,12 @@ def _errors_aside(mesh: lbskel.Mesh, skeleton: lbskel.Skeleton, distance: float)
             across = np.cross(course, rng.normal(size=3)) if course.any() else rng.normal(size=3)
             nodes = np.array(skeleton.nodes)
             nodes[inner] += distance * skeleton.radii[inner, None] * across / np.linalg.norm(across)
-            errors = centeredness_errors(replace(skeleton, nodes=nodes), prepared.surface)[inner]
-            found.append(errors[~np.isnan(errors)])
+            found.append(centeredness_errors(replace(skeleton, nodes=nodes), prepared.surface)[branch])
     return found
+
+
+def _errors(mesh: lbskel.Mesh, skeleton: lbskel.Skeleton) -> list[NDArray[np.float64]]:
+    """List the errors of each branch; NaN at nodes where they are not known."""
+    prepared = lbskel.prepare(mesh)
+    errors = centeredness_errors(prepared.skeleton_to_unit(skeleton), prepared.surface)
+    return [errors[branch] for branch in skeleton.branches]

@@ -8,7 +8,7 @@ import pytest
 from benchmarks import judge
 from benchmarks.thin_tools import Answer
 from lbskel import Skeleton
-from lbskel.evaluation.skeleton_shape import MIN_KNOWN
+from lbskel.evaluation.skeleton_shape import MIN_KNOWN, MIN_KNOWN_SHARE
 from lbskel.shapes import make
 
 
@@ -46,6 +46,7 @@ def test_errors_and_verdicts_are_told_by_class(tmp_path, monkeypatch, tripod):
     assert loosest["over 0.3, pass"] == 0
     told = next(each for each in found["ends"] if (each["farther than"], each["flux"]) == (1.0, 0.5))
     assert (told["recall"], told["precision"], told["told of whole axes"]) == (1, 1, 0)
-    told = next(each for each in found["aside"] if each["sections known"] == MIN_KNOWN)
+    used = (MIN_KNOWN, MIN_KNOWN_SHARE)
+    told = next(each for each in found["aside"] if (each["known at least"], each["share at least"]) == used)
     assert told["by 0 radii, warn"] == told["by 0 radii, fail"] == told["by 0.3 radii, fail"] == 0
     assert told["by 0.3 radii, warn"] == told["by 0.6 radii, fail"] == 1

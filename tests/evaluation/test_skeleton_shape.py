@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from lbskel import Skeleton
-from lbskel.evaluation.skeleton_shape import MIN_KNOWN, mean_and_worst_branch, n_spurs, negative_fraction, rms_curvature
+from lbskel.evaluation.skeleton_shape import (
+    MIN_KNOWN,
+    mean_and_worst_branch,
+    median_of_known,
+    n_spurs,
+    negative_fraction,
+    rms_curvature,
+)
 
 PATH = Skeleton(np.array([[0.0, 0, 0], [1, 0, 0], [3, 0, 0]]), np.array([[0, 1], [1, 2]]), np.ones(3))
 
@@ -32,6 +39,12 @@ def test_a_branch_needs_known_values_for_a_median_of_its_own():
     values[-1] = np.nan  # one too few
     assert mean_and_worst_branch(skeleton, values) == (np.nanmean(values), 0.0)
     assert mean_and_worst_branch(skeleton, np.full(2 * n, np.nan)) == (None, None)
+
+
+def test_a_median_of_few_nodes_is_not_that_of_a_branch():
+    known = np.full(MIN_KNOWN, 2.0)
+    assert median_of_known(np.append(known, np.full(MIN_KNOWN, np.nan))) == 2
+    assert median_of_known(np.append(known, np.full(MIN_KNOWN + 1, np.nan))) is None  # less than half of the nodes
 
 
 def test_a_straight_path_does_not_bend():
