@@ -126,7 +126,7 @@ def _tip_radii(skeleton: Skeleton) -> NDArray[np.float64]:
         for path in (branch, branch[::-1]):
             tip, end = path[0], path[-1]
             if degrees[tip] == 1:
-                is_near = vector_lengths(nodes[path] - nodes[tip]) <= TIP_REACH * radii[path]
+                is_near = vector_lengths(nodes[path] - nodes[tip]) / TIP_REACH <= radii[path]
                 if degrees[end] >= 3:
                     is_near &= vector_lengths(nodes[path] - nodes[end]) >= radii[end]
                     is_near[-1] = False

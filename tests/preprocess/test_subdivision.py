@@ -66,6 +66,7 @@ def relative_lengths(mesh, radius_at):
 def test_beyond_the_number_of_faces_all_parts_are_coarser_by_one_factor(monkeypatch):
     """Two rings, one of a quarter of the other's radius."""
     mesh = joined(torus(1.0, 0.2, 12, 6), moved(torus(1.0, 0.05, 48, 6), 3.0))
+    monkeypatch.setattr(subdivision, "MAX_FACES", 100_000)
     fine = refine(mesh, max_edge_length=0.2).mesh
     monkeypatch.setattr(subdivision, "MAX_FACES", 12_000)
     limited = refine(mesh, max_edge_length=0.2).mesh
