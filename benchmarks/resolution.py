@@ -16,6 +16,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import numpy as np
 
@@ -29,7 +30,8 @@ VERTICES = (18_000, 28_000, 45_000)  # so that there are more than 16,000 faces,
 QUICK = ("limbs", "knot")
 STRIDES = (1, 2, 3, 6, 12)  # of the faces from which rays are cast, at most
 NOISES = (0.0, 0.05, 0.1, 0.15, 0.2)  # standard deviations of the vertices, in steps of the grid
-STEPS = (0.08, 0.04)  # of the grid, in radii of the tube
+STEPS = (0.16, 0.08, 0.04)  # of the grid, in radii of the tube
+ALIGNMENTS = (-1.0, 0.0, 0.3, 0.5)  # lower bounds on the cosine between a face with a ray and the surface around it
 DISTANCES = ("accuracy", "accuracy_95", "coverage", "coverage_95")
 
 
@@ -95,12 +97,18 @@ def _row_of_noise(step: float, noise: float) -> dict[str, Any]:
         "step": step,
         "faces": len(mesh.faces),
         "noise": noise,
-        "median local radius": float(np.median(shape_diameter.local_radii(mesh))),
+        "median local radius": _median_radius(mesh, shape_diameter.MIN_ALIGNMENT),
+        **{f"of faces from {alignment:g}": _median_radius(mesh, alignment) for alignment in ALIGNMENTS},
         "faces of the proxy": len(body.proxy.mesh.faces),
         "tips": len(skeleton.tips),
         "distance from the axis": float(np.linalg.norm(skeleton.nodes[:, 1:], axis=1).max()),
         "verdict": skeleton.report["score"]["verdict"],
     }
+
+
+def _median_radius(mesh: lbskel.Mesh, alignment: float) -> float:
+    with mock.patch.object(shape_diameter, "MIN_ALIGNMENT", alignment):
+        return float(np.median(shape_diameter.local_radii(lbskel.Mesh(mesh.vertices, mesh.faces))))
 
 
 @contextmanager

@@ -71,6 +71,13 @@ def test_local_radii_do_not_change_when_a_mesh_is_turned():
     assert local_radii(turned) == pytest.approx(local_radii(mesh), rel=1e-12)  # rounding
 
 
+def test_folded_slivers_of_noise_do_not_make_a_tube_thinner():
+    tube = marching_cubes(solid_of([([[-2.0, 0, 0], [2.0, 0, 0]], 1.0)]), 0.15)
+    noise = 0.015 * np.random.default_rng(0).normal(size=tube.vertices.shape)
+    radii = local_radii(tube.with_vertices(tube.vertices + noise))
+    assert np.median(radii) == pytest.approx(1, rel=0.05)  # 0.75 with the rays of faces across the surface
+
+
 def test_parts_of_different_thickness_have_radii_of_their_own():
     V = np.concatenate([sphere(3).vertices, 0.1 * sphere(3).vertices + [5, 0, 0]])
     n = len(sphere(3).vertices)
