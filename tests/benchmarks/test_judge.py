@@ -29,6 +29,7 @@ def test_errors_and_verdicts_are_told_by_class(tmp_path, monkeypatch, tripod):
     monkeypatch.setattr(judge, "OURS", ("true",))
     monkeypatch.setattr(judge, "ask", lambda tool, mesh: answers[tool])
     monkeypatch.setattr(judge, "_shapes", lambda quick: [(("set", "tripod"), tripod)])
+    monkeypatch.setattr(judge, "hemibrain_neurons", lambda n: [("tripod", tripod.mesh, tripod.truth)])
     judge.run(True, tmp_path, peers=True)
     found = json.loads((tmp_path / "judge.json").read_text())
     true, aside, late = found["rows"]
@@ -50,3 +51,4 @@ def test_errors_and_verdicts_are_told_by_class(tmp_path, monkeypatch, tripod):
     told = next(each for each in found["aside"] if (each["known at least"], each["share at least"]) == used)
     assert told["by 0 radii, warn"] == told["by 0 radii, fail"] == told["by 0.3 radii, fail"] == 0
     assert told["by 0.3 radii, warn"] == told["by 0.6 radii, fail"] == 1
+    assert told["neurons that fail"] == "0/1"

@@ -101,7 +101,7 @@ def test_the_benchmark_writes_its_tables(tmp_path, monkeypatch):
         neurons, "hemibrain_neurons", lambda n: [("x", Mesh(shape.mesh.vertices, shape.mesh.faces), tracing)]
     )
     monkeypatch.setattr(neurons, "_files", lambda name: [])
-    monkeypatch.setattr(neurons, "ask", lambda tool, mesh: Answer(tracing, 1.0, "pass"))
+    monkeypatch.setattr(neurons, "ask", lambda tool, mesh, n_calls=1: Answer(tracing, 1.0, "pass"))
     write_skeleton(tmp_path / "other.swc", tracing)
     neurons.run(True, tmp_path, peers=True, meshes=[tmp_path / "other.swc"])
     document = json.loads((tmp_path / "neurons.json").read_text())

@@ -60,6 +60,13 @@ def test_our_tool_answers_with_radii_and_a_verdict():
     assert answer.seconds > 0
 
 
+def test_the_fastest_call_is_timed_after_one_on_a_small_mesh(monkeypatch):
+    seconds = iter([9.0, 3.0, 1.0, 2.0])
+    skeleton = Skeleton([[0, 0, 0], [9, 0, 0]], [[0, 1]], [1.0, 0.5])
+    monkeypatch.setitem(thin_tools.TOOLS, "timed", lambda *mesh: Answer(skeleton, next(seconds)))
+    assert thin_tools._call("timed", np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64), 3).seconds == 1
+
+
 def test_nodes_at_no_place_are_dropped():
     nodes = [[0, 0, 0], [np.nan] * 3, [1, 0, 0], [2, 0, 0]]
     skeleton = thin_tools._bare((np.array(nodes), np.array([[0, 1], [0, 2], [2, 3]])))
