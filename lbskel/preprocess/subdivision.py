@@ -16,8 +16,8 @@ from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.result import PreprocessResult, identity_result, preprocess_step
 
 # Number of faces that refinement aims at where the limit on edges would take more; it bounds the time. "Faces that the
-# refinement of coarse meshes aims at" in benchmarks/results/neurons.md: with 22,000 neurons take a sixth longer, and
-# 0.477 of their tips are found in place of 0.465; with 18,000, 0.457 are
+# refinement of coarse meshes aims at" in benchmarks/results/neurons.md: with 22,000 0.478 of the tips of neurons are
+# found in place of 0.465, in a sixth more time (by hand; the times of the table vary by more); with 18,000 0.457 are
 MAX_FACES = 18_500
 
 # The same for a mesh of more faces, as a multiple of these. Rows in benchmarks/results/coarse.md: with 1, which refines
